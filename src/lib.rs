@@ -1,0 +1,21 @@
+//! understudy: a performer drives a scanned 3D face.
+//!
+//! One direction: a frame enters at the top of this list and leaves at the bottom; no module imports one that
+//! stands below it. `docs/architecture.md` is the map.
+
+pub mod assets;
+pub mod capture;
+pub mod tracking;
+
+pub mod head;
+pub mod lift;
+
+pub mod scan;
+pub mod spline;
+
+pub mod rig;
+
+pub mod export;
+pub mod view;
+
+pub mod pipeline;
