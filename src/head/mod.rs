@@ -1,1 +1,9 @@
-//! head
+//! Where the head is: camera model and head pose from the points that expressions hardly move (002 §III).
+
+mod camera;
+mod error;
+mod pose;
+
+pub use camera::Camera;
+pub use error::HeadError;
+pub use pose::{HeadPose, PoseSolver};

@@ -1,1 +1,20 @@
-//! lift
+//! From 2D landmarks to the motion of the performer's face in three dimensions.
+//!
+//! Follows 002 §III: pose from rigid points first, then what is left over goes back onto the neutral face. What a
+//! single camera cannot see, motion along its axis, comes from the network's depth hint and counts as inferred.
+
+mod displacements;
+mod error;
+mod neutral;
+mod performer;
+mod presence;
+mod repair;
+mod steady;
+
+pub use displacements::Displacements;
+pub use error::LiftError;
+pub use neutral::{Candidate, NeutralSearch, NeutralStretch, NotNeutral};
+pub use performer::{Performer, upright};
+pub use presence::{Expression, FaceState, Presence, frontal_pose};
+pub use repair::Repair;
+pub use steady::{CausalSteadier, Smoothing, steady_recording};

@@ -1,0 +1,10 @@
+//! Steadying a signal: causally for a live performer, without lag for a recorded one.
+//!
+//! The filters know nothing of faces. They are applied to what pose leaves over (`lift`) and to the pose itself, not to
+//! raw pixels: filtered pixels would smear head motion into expression.
+
+mod one_euro;
+mod zero_phase;
+
+pub use one_euro::{OneEuro, OneEuroSettings};
+pub use zero_phase::ZeroPhase;
