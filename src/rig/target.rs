@@ -1,0 +1,46 @@
+//! The face that is driven: landmarks on a neutral scan.
+
+use nalgebra::{Point3, Rotation3};
+
+use super::RigError;
+use crate::tracking::{LANDMARK_COUNT, index};
+
+/// Landmarks that a target cannot do without: eyes, nose and mouth.
+const FEWEST: usize = 200;
+
+/// A target's landmarks and how it must be turned to be seen as the performer is.
+#[derive(Debug, Clone)]
+pub struct TargetFace {
+    /// 478 points on the target's surface; `None` where none was found. Scan frame, millimetres.
+    pub landmarks: Vec<Option<Point3<f64>>>,
+    /// From the scan frame to the frame in which the network sees the target as it sees the performer's neutral
+    /// (x right in the picture, y up, z towards the camera). Without it a face scanned with the chin up would turn a
+    /// dropping jaw into depth.
+    pub level: Rotation3<f64>,
+}
+
+impl TargetFace {
+    /// Checks that enough landmarks are there.
+    pub fn new(landmarks: Vec<Option<Point3<f64>>>, level: Rotation3<f64>) -> Result<Self, RigError> {
+        let found = landmarks.iter().flatten().count();
+        let eyes = [index::RIGHT_EYE_OUTER, index::LEFT_EYE_OUTER, index::MOUTH_LEFT, index::MOUTH_RIGHT];
+        let has_eyes = eyes.iter().all(|&i| landmarks.get(i).is_some_and(Option::is_some));
+        if landmarks.len() != LANDMARK_COUNT || found < FEWEST || !has_eyes {
+            return Err(RigError::TooFewLandmarks { found, wanted: FEWEST });
+        }
+        Ok(Self { landmarks, level })
+    }
+
+    /// Distance between two landmarks, millimetres; 0 where one is missing.
+    pub fn distance(&self, a: usize, b: usize) -> f64 {
+        match (self.landmarks[a], self.landmarks[b]) {
+            (Some(a), Some(b)) => (a - b).norm(),
+            _ => 0.0,
+        }
+    }
+
+    /// Millimetres between the outer eye corners.
+    pub fn outer_canthal_distance(&self) -> f64 {
+        self.distance(index::RIGHT_EYE_OUTER, index::LEFT_EYE_OUTER)
+    }
+}
