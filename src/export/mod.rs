@@ -15,6 +15,8 @@ mod decimal;
 mod draft;
 mod error;
 
+mod mp4;
+mod mp4_program;
 mod pc2;
 
 pub use csv::{MotionCsvWriter, MotionRow};
@@ -22,4 +24,5 @@ pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;
 pub use error::ExportError;
 
+pub use mp4::{Mp4Settings, Mp4Writer, Sound};
 pub use pc2::{Pc2Reader, Pc2Writer};
