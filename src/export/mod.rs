@@ -15,6 +15,10 @@ mod decimal;
 mod draft;
 mod error;
 
+mod glb;
+mod glb_buffer;
+mod glb_motion;
+mod glb_surface;
 mod mp4;
 mod mp4_program;
 mod pc2;
@@ -24,5 +28,6 @@ pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;
 pub use error::ExportError;
 
+pub use glb::{GlbAvatar, HeadKey, MorphTarget, write_glb};
 pub use mp4::{Mp4Settings, Mp4Writer, Sound};
 pub use pc2::{Pc2Reader, Pc2Writer};
