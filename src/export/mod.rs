@@ -1,1 +1,33 @@
-//! export
+//! Outputs: every file that leaves the program, written whole or not at all.
+//!
+//! | file | writer | opens in | holds | frame, unit |
+//! |---|---|---|---|---|
+//! | `.mp4` | [`Mp4Writer`] | every player | the pictures, with the clip's sound | sRGB pixels; constant rate |
+//! | `.glb` | [`write_glb`] | Blender, three.js, engines | the scan, few morph targets ([`compress`]), head motion | the scan's axes, metres, seconds |
+//! | `.pc2` | [`Pc2Writer`] | Blender's Mesh Cache | every vertex of every frame | as the caller gives them |
+//! | `.csv` | [`MotionCsvWriter`] | pandas, spreadsheets, OpenFace scripts | landmarks and head pose | pixels; millimetres and radians in OpenCV's camera frame |
+//!
+//! All of them go through [`Draft`]. `docs/formats.md` describes them for users.
+
+mod csv;
+mod csv_read;
+mod decimal;
+mod draft;
+mod error;
+
+mod glb;
+mod glb_buffer;
+mod glb_motion;
+mod glb_surface;
+mod mp4;
+mod mp4_program;
+mod pc2;
+
+pub use csv::{MotionCsvWriter, MotionRow};
+pub use csv_read::{MotionRecord, read_motion_csv};
+pub use draft::Draft;
+pub use error::ExportError;
+
+pub use glb::{GlbAvatar, HeadKey, MorphTarget, write_glb};
+pub use mp4::{Mp4Settings, Mp4Writer, Sound};
+pub use pc2::{Pc2Reader, Pc2Writer};
