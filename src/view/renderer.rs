@@ -1,0 +1,300 @@
+//! Draws a model, and gives the picture back.
+
+use bytemuck::{Pod, Zeroable};
+use nalgebra::{Matrix3, Matrix4};
+
+use super::look::{Background, Lighting, Look};
+use super::model::{CLAY, Model, MovingVertex, filled};
+use super::pipelines::{COLOUR, DEPTH, EdgePass, Pipelines};
+use super::readback::Readback;
+use super::{Gpu, ViewCamera, ViewError};
+
+/// How the stairs of slanting edges are smoothed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Smoothing {
+    /// Not at all; the fastest. For networks and measurements.
+    Off,
+    /// The finished picture's strong edges are blurred along themselves. For video.
+    #[default]
+    Edges,
+    /// Four samples a pixel. For stills.
+    Samples4,
+}
+
+/// Draws pictures of one size on one device.
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    size: wgpu::Extent3d,
+    pipelines: Pipelines,
+    frame: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    picture: wgpu::Texture,
+    picture_view: wgpu::TextureView,
+    /// What is drawn to first, where that is not the picture itself.
+    sketch: Option<wgpu::TextureView>,
+    edges: Option<EdgePass>,
+    depth: wgpu::TextureView,
+    readback: Readback,
+    vertices: Vec<MovingVertex>,
+    transparent: bool,
+}
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+struct FrameUniform {
+    clip_from_model: [[f32; 4]; 4],
+    view_from_model: [[f32; 4]; 4],
+    normal_from_model: [[f32; 4]; 4],
+    eye: [f32; 4],
+    lights: [f32; 4],
+    background_top: [f32; 4],
+    background_bottom: [f32; 4],
+    clay: [f32; 4],
+    specular: f32,
+    facing: f32,
+    height: f32,
+    padding: f32,
+}
+
+impl Renderer {
+    /// Prepares pictures of `width` × `height` pixels.
+    pub fn new(gpu: &Gpu, width: u32, height: u32, smoothing: Smoothing) -> Result<Self, ViewError> {
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width.max(height) > limit {
+            let reason = format!("give 1 to {limit} pixels a side");
+            return Err(ViewError::Size { width, height, reason });
+        }
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let samples = if smoothing == Smoothing::Samples4 { 4 } else { 1 };
+        let target = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let picture = texture(
+            gpu,
+            size,
+            COLOUR,
+            1,
+            target | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING,
+        );
+        let sketch = match smoothing {
+            Smoothing::Off => None,
+            Smoothing::Edges => {
+                Some(texture(gpu, size, COLOUR, 1, target | wgpu::TextureUsages::TEXTURE_BINDING))
+            }
+            Smoothing::Samples4 => Some(texture(gpu, size, COLOUR, samples, target)),
+        };
+        let sketch = sketch.map(|texture| view(&texture));
+        let edges =
+            sketch.as_ref().filter(|_| smoothing == Smoothing::Edges).map(|sketch| EdgePass::new(gpu, sketch));
+
+        let pipelines = Pipelines::new(gpu, samples);
+        let frame = filled(
+            gpu,
+            "frame",
+            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            bytemuck::bytes_of(&FrameUniform::zeroed()),
+        );
+        let renderer = Self {
+            gpu: gpu.clone(),
+            size,
+            frame_group: gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("frame"),
+                layout: &pipelines.frame_layout,
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
+            }),
+            pipelines,
+            frame,
+            picture_view: view(&picture),
+            picture,
+            sketch,
+            edges,
+            depth: view(&texture(gpu, size, DEPTH, samples, target)),
+            readback: Readback::new(gpu, size),
+            vertices: Vec::new(),
+            transparent: false,
+        };
+        gpu.check()?;
+        Ok(renderer)
+    }
+
+    /// Which adapter draws, by which interface and driver.
+    pub fn adapter_name(&self) -> &str {
+        self.gpu.adapter_name()
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.size.width, self.size.height]
+    }
+
+    /// The picture on the device, `Rgba8Unorm` holding sRGB, for a window to show. The next `draw` overwrites it.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.picture
+    }
+
+    /// Draws the model, and returns while the device is still at work.
+    ///
+    /// `positions` (V × 3, in the model's frame and unit) and `normals` (V × 3, unit length, outwards) are those of
+    /// the mesh vertices. `world_from_model` places the model in the camera's scene; its last row is 0 0 0 1.
+    /// Nothing is allocated here once the first picture has been drawn, except by the driver.
+    pub fn draw(
+        &mut self,
+        model: &Model,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        world_from_model: &Matrix4<f64>,
+        camera: &ViewCamera,
+        look: &Look,
+    ) -> Result<(), ViewError> {
+        camera.check()?;
+        if camera.viewport != self.size() {
+            let [width, height] = camera.viewport;
+            let [w, h] = self.size();
+            let reason = format!("the camera's viewport differs from the renderer's {w} x {h}; make them equal");
+            return Err(ViewError::Size { width, height, reason });
+        }
+        model.expand(positions, normals, &mut self.vertices)?;
+        self.gpu.queue.write_buffer(&model.moving, 0, bytemuck::cast_slice(&self.vertices));
+        let uniform = self.uniform(world_from_model, camera, *look);
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
+        self.transparent = look.background == Background::Transparent;
+
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.draw_model(&mut encoder, model, *look);
+        self.smooth_edges(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check()
+    }
+
+    /// Sends the drawn picture on its way back. Up to two may be on their way, so that the caller can draw and
+    /// submit the next one before it fetches this one.
+    pub fn submit(&mut self) -> Result<(), ViewError> {
+        self.readback.submit(&self.gpu, &self.picture, self.transparent)
+    }
+
+    /// Waits for the oldest submitted picture. `out` becomes H × W × 4 bytes, RGBA, sRGB, straight alpha, rows
+    /// from the top without padding.
+    pub fn fetch(&mut self, out: &mut Vec<u8>) -> Result<(), ViewError> {
+        self.readback.fetch(&self.gpu, out)
+    }
+
+    /// Waits for the drawn picture: `submit` and `fetch` in one. Not while another picture is on its way, which
+    /// would come first.
+    pub fn read(&mut self, out: &mut Vec<u8>) -> Result<(), ViewError> {
+        self.submit()?;
+        self.fetch(out)
+    }
+
+    fn draw_model(&self, encoder: &mut wgpu::CommandEncoder, model: &Model, look: Look) {
+        let samples4 = self.sketch.is_some() && self.edges.is_none();
+        let [r, g, b, a] = look.background_colours()[0].map(f64::from);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("model"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: self.sketch.as_ref().unwrap_or(&self.picture_view),
+                depth_slice: None,
+                resolve_target: samples4.then_some(&self.picture_view),
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                    store: if samples4 { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        pass.set_pipeline(self.pipelines.model(look.lighting));
+        pass.set_vertex_buffer(0, model.fixed.slice(..));
+        pass.set_vertex_buffer(1, model.moving.slice(..));
+        pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
+        for part in &model.parts {
+            pass.set_bind_group(1, &part.material, &[]);
+            pass.draw_indexed(part.indices.clone(), 0, 0..1);
+        }
+        if matches!(look.background, Background::Vertical { .. }) {
+            pass.set_pipeline(&self.pipelines.background);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    fn smooth_edges(&self, encoder: &mut wgpu::CommandEncoder) {
+        let Some(edges) = &self.edges else { return };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("edges"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.picture_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&edges.pipeline);
+        pass.set_bind_group(0, &edges.picture, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
+    fn uniform(&self, world_from_model: &Matrix4<f64>, camera: &ViewCamera, look: Look) -> FrameUniform {
+        let view_from_model = camera.view_from_world() * world_from_model;
+        let linear: Matrix3<f64> = view_from_model.fixed_view::<3, 3>(0, 0).into();
+        // The cofactors turn normals as the inverse transpose does, but exist for every matrix. A mirror turns
+        // them inside out; their sign puts that right.
+        let facing = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let [x, y, z] = [linear.column(0), linear.column(1), linear.column(2)];
+        let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]) * facing;
+        let (lights, specular) = look.lights();
+        let [background_top, background_bottom] = look.background_colours();
+        let clay = [CLAY[0], CLAY[1], CLAY[2], f32::from(u8::from(look.lighting == Lighting::Clay))];
+        FrameUniform {
+            clip_from_model: (camera.clip_from_view() * view_from_model).cast::<f32>().into(),
+            view_from_model: view_from_model.cast::<f32>().into(),
+            normal_from_model: cofactors.to_homogeneous().cast::<f32>().into(),
+            eye: camera.eye_in_view().cast::<f32>().into(),
+            lights,
+            background_top,
+            background_bottom,
+            clay,
+            specular,
+            facing: facing as f32,
+            height: self.size.height as f32,
+            padding: 0.0,
+        }
+    }
+}
+
+fn texture(
+    gpu: &Gpu,
+    size: wgpu::Extent3d,
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size,
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
