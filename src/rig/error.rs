@@ -6,7 +6,9 @@ use crate::spline::SplineError;
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
     /// The target has too few landmarks.
-    #[error("only {found} of the target's landmarks are known; at least {wanted} are needed. Give a landmark file with --landmarks, or a scan that shows the whole face")]
+    #[error(
+        "only {found} of the target's landmarks are known; at least {wanted} are needed. Give a landmark file with --landmarks, or a scan that shows the whole face"
+    )]
     TooFewLandmarks {
         /// Landmarks found.
         found: usize,
@@ -14,7 +16,9 @@ pub enum RigError {
         wanted: usize,
     },
     /// The vertex × control matrix would not fit into memory.
-    #[error("the scan has {vertices} vertices, at most {most} can be animated. Decimate it, for instance with Blender's Decimate modifier or MeshLab")]
+    #[error(
+        "the scan has {vertices} vertices, at most {most} can be animated. Decimate it, for instance with Blender's Decimate modifier or MeshLab"
+    )]
     TooManyVertices {
         /// Vertices found.
         vertices: usize,

@@ -42,12 +42,11 @@ impl Transfer {
         let (from, to) = (performer.level(), target.level);
         let spline = landmark_spline(performer, target)?;
         let levelled: Vec<_> = performer.neutral()[..SKIN_LANDMARK_COUNT].iter().map(|p| from * p).collect();
-        let places = levelled.iter().map(|p| to.inverse() * spline.evaluate(p)).collect();
+        let places = levelled.iter().map(|p| Point3::from(to.inverse() * spline.evaluate(p))).collect();
         let maps = match rule {
-            TransferRule::Spline => levelled
-                .iter()
-                .map(|p| to.inverse().matrix() * spline.jacobian(p) * from.matrix())
-                .collect(),
+            TransferRule::Spline => {
+                levelled.iter().map(|p| to.inverse().matrix() * spline.jacobian(p) * from.matrix()).collect()
+            }
             TransferRule::Thesis => {
                 let turn = (to.inverse() * from).into_inner();
                 let ratio = mouth_ratio(performer, target);
@@ -84,7 +83,8 @@ fn landmark_spline(performer: &Performer, target: &TargetFace) -> Result<Spline<
         })
         .unzip();
     let scale = performer.outer_canthal_distance();
-    let options = Options { regularisation: Regularisation::Absolute(LAMBDA * scale * scale), ..Options::default() };
+    let options =
+        Options { regularisation: Regularisation::Absolute(LAMBDA * scale * scale), ..Options::default() };
     Spline::fit(Kernel::ThinPlate, &centres, &values, options)
         .map_err(|source| RigError::Spline { what: "the landmarks of performer and target", source })
 }

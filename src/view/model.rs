@@ -72,9 +72,10 @@ impl Model {
             .zip(&uvs)
             .map(|(&vertex, &uv)| {
                 let uv = mesh.uvs.get(uv as usize).map_or([0.0; 2], |&[u, v]| [u, 1.0 - v]);
-                let [r, g, b] = mesh.colours.get(vertex as usize).map_or([255; 3], |c| {
-                    c.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8)
-                });
+                let [r, g, b] = mesh
+                    .colours
+                    .get(vertex as usize)
+                    .map_or([255; 3], |c| c.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8));
                 FixedVertex { uv, colour: [r, g, b, 255] }
             })
             .collect();
@@ -207,11 +208,7 @@ fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
 }
 
 /// Binds every material in use; a texture that several share is decoded once.
-fn parts(
-    gpu: &Gpu,
-    mesh: &Mesh,
-    ranges: Vec<(usize, std::ops::Range<u32>)>,
-) -> Result<Vec<Part>, ViewError> {
+fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> Result<Vec<Part>, ViewError> {
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("scan texture"),
         address_mode_u: wgpu::AddressMode::Repeat,

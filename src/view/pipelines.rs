@@ -43,15 +43,7 @@ impl Pipelines {
             Some(vertex_layout(size_of::<MovingVertex>(), &moving)),
         ];
         let draw = |layout, vertex, fragment, buffers, nearest| {
-            pipeline(
-                gpu,
-                &module,
-                layout,
-                [vertex, fragment],
-                buffers,
-                Some(depth(nearest)),
-                samples,
-            )
+            pipeline(gpu, &module, layout, [vertex, fragment], buffers, Some(depth(nearest)), samples)
         };
         Self {
             lit: draw(&with_material, "model_vertex", "lit_fragment", &buffers, true),

@@ -72,9 +72,10 @@ impl Readback {
 
     /// Waits for the oldest picture in flight and copies its rows, without padding, to `out`.
     pub(super) fn fetch(&mut self, gpu: &Gpu, out: &mut Vec<u8>) -> Result<(), ViewError> {
-        let flight = self.flying.pop_front().ok_or(ViewError::Turn {
-            reason: "no picture is on its way; submit one before fetching",
-        })?;
+        let flight = self
+            .flying
+            .pop_front()
+            .ok_or(ViewError::Turn { reason: "no picture is on its way; submit one before fetching" })?;
         let result = self.land(gpu, &flight, out);
         flight.buffer.unmap();
         self.free.push(flight.buffer);
@@ -83,10 +84,8 @@ impl Readback {
     }
 
     fn land(&self, gpu: &Gpu, flight: &Flight, out: &mut Vec<u8>) -> Result<(), ViewError> {
-        let failed =
-            |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
-        let wait =
-            wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
+        let failed = |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
+        let wait = wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
         gpu.device.poll(wait).map_err(|error| failed(error.to_string()))?;
         match flight.mapped.recv() {
             Ok(Ok(())) => {}

@@ -83,8 +83,10 @@ impl Renderer {
             Smoothing::Samples4 => Some(texture(gpu, size, COLOUR, samples, target)),
         };
         let sketch = sketch.map(|texture| view(&texture));
-        let edges =
-            sketch.as_ref().filter(|_| smoothing == Smoothing::Edges).map(|sketch| EdgePass::new(gpu, sketch));
+        let edges = sketch
+            .as_ref()
+            .filter(|_| smoothing == Smoothing::Edges)
+            .map(|sketch| EdgePass::new(gpu, sketch));
 
         let pipelines = Pipelines::new(gpu, samples);
         let frame = filled(
@@ -149,7 +151,8 @@ impl Renderer {
         if camera.viewport != self.size() {
             let [width, height] = camera.viewport;
             let [w, h] = self.size();
-            let reason = format!("the camera's viewport differs from the renderer's {w} x {h}; make them equal");
+            let reason =
+                format!("the camera's viewport differs from the renderer's {w} x {h}; make them equal");
             return Err(ViewError::Size { width, height, reason });
         }
         model.expand(positions, normals, &mut self.vertices)?;

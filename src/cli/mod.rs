@@ -1,0 +1,71 @@
+//! One file a command.
+
+mod assets;
+mod clip;
+mod progress;
+mod track;
+
+use std::{error::Error, io, process::ExitCode};
+
+use clap::{Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+
+/// What a command returns: any of the library's errors, or one of its own.
+type Outcome = Result<(), Box<dyn Error>>;
+
+const EXAMPLES: &str = "\
+Examples:
+  understudy animate clip.mp4 --target scan.obj -o avatar.mp4 -o avatar.glb
+  understudy track clip.mp4 -o motion.csv
+  understudy landmark scan.obj -o picture.png -o scan.landmarks.json
+  understudy render scan.obj -o look.png --yaw 30
+  understudy assets";
+
+/// A performer drives a scanned 3D face.
+#[derive(Parser)]
+#[command(version, about, after_help = EXAMPLES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say more (-v) or all (-vv) of what is going on.
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    verbose: u8,
+    /// Say nothing but errors.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Track(track::Track),
+    Assets(assets::AssetsCommand),
+}
+
+/// Parses the command line, runs the command, reports its error.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let level = match (cli.quiet, cli.verbose) {
+        (true, _) => "error",
+        (false, 0) => "understudy=warn,error",
+        (false, 1) => "understudy=info,warn",
+        (false, _) => "understudy=debug,info",
+    };
+    let filter = EnvFilter::try_from_env("UNDERSTUDY_LOG").unwrap_or_else(|_| EnvFilter::new(level));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .without_time()
+        .with_target(false)
+        .init();
+    let outcome = match cli.command {
+        Command::Track(command) => command.run(cli.quiet),
+        Command::Assets(command) => command.run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

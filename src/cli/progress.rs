@@ -1,0 +1,21 @@
+//! Progress bars on standard error; silent when nobody watches.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar for `total` frames, or a counter where the total is unknown.
+pub fn bar(title: &'static str, total: Option<u64>, quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+    let bar = ProgressBar::with_draw_target(total, target).with_message(title);
+    let template = if total.is_some() {
+        "{msg:<12} {bar:30} {pos}/{len} frames, {per_sec}, {eta} left"
+    } else {
+        "{msg:<12} {spinner} {pos} frames, {per_sec}"
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("━╸─"));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,68 @@
+//! Every error of the stages, for those who join them.
+
+use crate::{
+    assets::AssetError, capture::CaptureError, export::ExportError, lift::LiftError, rig::RigError,
+    scan::ScanError, spline::SplineError, tracking::TrackingError, view::ViewError,
+};
+
+/// A stage's error, or one of joining them.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The assets that `make setup` brings.
+    #[error(transparent)]
+    Asset(#[from] AssetError),
+    /// Frames in.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// Landmarks.
+    #[error(transparent)]
+    Tracking(#[from] TrackingError),
+    /// Pose and lifting.
+    #[error(transparent)]
+    Lift(#[from] LiftError),
+    /// Scans.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
+    /// Splines.
+    #[error(transparent)]
+    Spline(#[from] SplineError),
+    /// Files out.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// Pictures.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The canonical face is not what this program was built for.
+    #[error("the canonical face {path} cannot be used: {reason}. Remove it and run `make setup`")]
+    CanonicalFace {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// No face on a scan.
+    #[error(
+        "no face was found on {scan}, whichever way it was turned. Check with `understudy render {scan} -o look.png` \
+         what it shows, or give its landmarks with --landmarks FILE (.json, .pts or .ljson with 68 or 478 points)"
+    )]
+    NoFaceOnScan {
+        /// The scan.
+        scan: String,
+    },
+    /// A landmark file with another number of points.
+    #[error(
+        "{path} holds {found} landmarks; a target needs 478 (this program's), 468 (MediaPipe's) or 68 (iBUG's)"
+    )]
+    LandmarkCount {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Points found.
+        found: usize,
+    },
+    /// A stage's thread ended without saying why.
+    #[error("the {stage} stage stopped unexpectedly; please report this with the command that was run")]
+    StageLost {
+        /// Which.
+        stage: &'static str,
+    },
+}

@@ -1,0 +1,17 @@
+//! The stages joined: offline, in order.
+
+mod canonical;
+mod error;
+mod motion;
+mod motion_table;
+mod networks;
+mod performance;
+mod stopwatch;
+
+pub use canonical::read_canonical_face;
+pub use error::PipelineError;
+pub use motion::{Motion, MotionFrame, SolveOptions};
+pub use motion_table::{MotionTable, write_motion};
+pub use networks::Networks;
+pub use performance::{Performance, TrackedFrame};
+pub use stopwatch::Stopwatch;

@@ -1,0 +1,180 @@
+//! From a tracked clip to the motion of a face: neutral, pose, lifting, repair, smoothing, presence.
+
+use nalgebra::Point3;
+
+use super::{Performance, PipelineError, TrackedFrame};
+use crate::{
+    capture::{ClipInfo, Timestamp},
+    head::{Camera, HeadPose},
+    lift::{
+        Candidate, CausalSteadier, Expression, FaceState, LiftError, NeutralSearch, NeutralStretch,
+        NotNeutral, Performer, Presence, Repair, Smoothing, steady_recording,
+    },
+    tracking::{BlendshapeNetwork, Landmarks, TrackingError},
+};
+
+/// How a recording is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveOptions {
+    /// Degrees along the picture's longer side.
+    pub field_of_view: f64,
+    /// Seconds between which the performer is neutral; found automatically where `None`.
+    pub neutral: Option<(f64, f64)>,
+    /// Take a stretch that the gate refuses.
+    pub accept_neutral: bool,
+    /// How to steady.
+    pub smoothing: Smoothing,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        Self {
+            field_of_view: Camera::DEFAULT_FIELD_OF_VIEW,
+            neutral: None,
+            accept_neutral: false,
+            smoothing: Smoothing::default(),
+        }
+    }
+}
+
+/// One frame of the motion.
+#[derive(Debug, Clone)]
+pub struct MotionFrame {
+    /// From 0.
+    pub index: u64,
+    /// When.
+    pub timestamp: Timestamp,
+    /// Head and face.
+    pub expression: Expression,
+    /// Where they come from.
+    pub state: FaceState,
+    /// The network's presence; 0 where no face is seen.
+    pub confidence: f64,
+}
+
+/// A whole take.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// The clip.
+    pub info: ClipInfo,
+    /// The performer's camera and neutral scan.
+    pub performer: Performer,
+    /// All frames.
+    pub frames: Vec<MotionFrame>,
+    /// First and last moment of the neutral stretch.
+    pub neutral: (Timestamp, Timestamp),
+    /// What speaks against that stretch, where it was taken all the same.
+    pub objections: Vec<NotNeutral>,
+}
+
+impl Motion {
+    /// Solves a recording. `average_face` has 468 points in millimetres.
+    pub fn solve(
+        performance: &Performance,
+        average_face: &[Point3<f64>],
+        blendshapes: &mut BlendshapeNetwork,
+        options: &SolveOptions,
+    ) -> Result<Self, PipelineError> {
+        let info = performance.info.clone();
+        let camera = Camera::with_field_of_view(info.width, info.height, options.field_of_view)
+            .map_err(LiftError::from)?;
+        let seen: Vec<(Timestamp, &Landmarks)> =
+            performance.frames.iter().filter_map(|f| Some((f.timestamp, f.landmarks.as_ref()?))).collect();
+        if seen.is_empty() {
+            return Err(LiftError::NoFace { frames: performance.frames.len() }.into());
+        }
+        // Any one frame's neutral is good enough to tell how the head is turned in all.
+        let draft = Performer::from_average_face(camera, average_face, &[seen[0].1])?;
+        let mut candidates: Vec<Candidate> = Vec::with_capacity(seen.len());
+        for (time, landmarks) in seen {
+            let pose = draft.pose(landmarks, candidates.last().map(|c| &c.pose))?;
+            candidates.push(Candidate { time, landmarks, pose });
+        }
+        let stretch = choose_neutral(&candidates, blendshapes, options)?;
+        let chosen = &candidates[stretch.first..stretch.end];
+        let neutral_frames: Vec<&Landmarks> = chosen.iter().map(|c| c.landmarks).collect();
+        let performer = Performer::from_average_face(camera, average_face, &neutral_frames)?;
+        let neutral = (chosen[0].time, chosen[chosen.len() - 1].time);
+        let frames = solve_frames(&performance.frames, &performer, options.smoothing)?;
+        Ok(Self { info, performer, frames, neutral, objections: stretch.objections })
+    }
+}
+
+fn choose_neutral(
+    candidates: &[Candidate],
+    blendshapes: &mut BlendshapeNetwork,
+    options: &SolveOptions,
+) -> Result<NeutralStretch, PipelineError> {
+    let search = NeutralSearch::new(candidates);
+    let smile =
+        |landmarks: &Landmarks| -> Result<f64, TrackingError> { Ok(blendshapes.run(landmarks)?.smile()) };
+    let Some((start, end)) = options.neutral else {
+        let chosen = search.choose(smile)?;
+        return Ok(chosen.unwrap_or(NeutralStretch {
+            first: 0,
+            end: candidates.len(),
+            objections: Vec::new(),
+        }));
+    };
+    let stretch = search.between(start, end, smile)??;
+    if stretch.objections.is_empty() || options.accept_neutral {
+        return Ok(stretch);
+    }
+    let reasons = stretch.objections.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    Err(LiftError::NotNeutral { start, end, reasons }.into())
+}
+
+/// Every unbroken run of tracked frames is solved and steadied by itself; presence then joins the runs.
+fn solve_frames(
+    frames: &[TrackedFrame],
+    performer: &Performer,
+    smoothing: Smoothing,
+) -> Result<Vec<MotionFrame>, PipelineError> {
+    let mut presence = Presence::new(*performer.rest());
+    let mut repair = Repair::new(performer);
+    let mut solved = Vec::with_capacity(frames.len());
+    for run in frames.chunk_by(|a, b| a.landmarks.is_some() == b.landmarks.is_some()) {
+        let mut expressions = solve_run(run, performer, &mut repair, smoothing)?.into_iter();
+        for frame in run {
+            let (expression, state) = presence.show(frame.timestamp, expressions.next());
+            solved.push(MotionFrame {
+                index: frame.index,
+                timestamp: frame.timestamp,
+                expression,
+                state,
+                confidence: frame.landmarks.as_ref().map_or(0.0, |landmarks| landmarks.presence),
+            });
+        }
+    }
+    Ok(solved)
+}
+
+/// One run; empty where its frames have no face.
+fn solve_run(
+    run: &[TrackedFrame],
+    performer: &Performer,
+    repair: &mut Repair,
+    smoothing: Smoothing,
+) -> Result<Vec<Expression>, PipelineError> {
+    let reference = performer.rest().rotation;
+    let mut steadier = CausalSteadier::default();
+    let mut previous: Option<HeadPose> = None;
+    let mut expressions = Vec::new();
+    repair.reset();
+    for frame in run {
+        let Some(landmarks) = &frame.landmarks else { continue };
+        let pose = performer.pose(landmarks, previous.as_ref())?;
+        previous = Some(pose);
+        let mut expression = Expression { pose, displacements: performer.lift(landmarks, &pose) };
+        repair.apply(frame.timestamp, &pose, &mut expression.displacements);
+        if smoothing == Smoothing::Causal {
+            steadier.apply(frame.timestamp, &reference, &mut expression);
+        }
+        expressions.push(expression);
+    }
+    if smoothing == Smoothing::ZeroPhase && !expressions.is_empty() {
+        let times: Vec<Timestamp> = run.iter().map(|frame| frame.timestamp).collect();
+        steady_recording(&times, &reference, &mut expressions);
+    }
+    Ok(expressions)
+}

@@ -1,0 +1,114 @@
+//! A take as a table: head pose and landmarks of every frame, smoothed or as the networks gave them.
+
+use std::path::Path;
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::{Motion, MotionFrame, Performance, PipelineError};
+use crate::{
+    export::{MotionCsvWriter, MotionRow},
+    head::HeadPose,
+    lift::{FaceState, upright},
+    tracking::{LANDMARK_COUNT, LandmarkState, Landmarks},
+};
+
+/// Writes a motion table row by row.
+pub struct MotionTable {
+    writer: MotionCsvWriter,
+    landmarks: Vec<[f64; 3]>,
+}
+
+impl MotionTable {
+    /// Starts a table; nothing appears at `path` before [`MotionTable::commit`].
+    pub fn create(path: &Path) -> Result<Self, PipelineError> {
+        Ok(Self { writer: MotionCsvWriter::create(path, LANDMARK_COUNT)?, landmarks: Vec::new() })
+    }
+
+    /// A frame of the solved motion: landmarks as the avatar follows them, projected into the picture.
+    pub fn write(&mut self, motion: &Motion, frame: &MotionFrame) -> Result<(), PipelineError> {
+        let expression = &frame.expression;
+        let pose = &expression.pose;
+        // Depth in pixels about the head's origin, the unit and sense of the network's own hint.
+        let pixels_per_millimetre = motion.performer.camera().focal / pose.translation.z;
+        self.landmarks.clear();
+        self.landmarks.extend(
+            motion
+                .performer
+                .project(&expression.displacements, pose)
+                .iter()
+                .map(|p| [p.x, p.y, (p.z - pose.translation.z) * pixels_per_millimetre]),
+        );
+        self.row(frame, pose)
+    }
+
+    /// A frame as the networks gave it, with the pose of those very landmarks.
+    pub fn write_raw(
+        &mut self,
+        motion: &Motion,
+        frame: &MotionFrame,
+        landmarks: Option<&Landmarks>,
+    ) -> Result<(), PipelineError> {
+        self.landmarks.clear();
+        let mut pose = frame.expression.pose;
+        if let Some(landmarks) = landmarks {
+            pose = motion.performer.pose(landmarks, Some(&pose))?;
+            self.landmarks.extend(landmarks.points.iter().zip(&landmarks.states).map(|(p, state)| {
+                if *state == LandmarkState::Absent { [f64::NAN; 3] } else { [p.x, p.y, p.z] }
+            }));
+        }
+        self.row(frame, &pose)
+    }
+
+    fn row(&mut self, frame: &MotionFrame, pose: &HeadPose) -> Result<(), PipelineError> {
+        let row = MotionRow {
+            frame: frame.index + 1,
+            timestamp: frame.timestamp,
+            confidence: frame.confidence,
+            success: matches!(frame.state, FaceState::Tracking | FaceState::Blending),
+            translation: pose.translation.into(),
+            rotation: euler_xyz(&(pose.rotation * upright())).into(),
+            landmarks: &self.landmarks,
+            state: frame.state.name(),
+        };
+        Ok(self.writer.write_row(&row)?)
+    }
+
+    /// Puts the finished table in its place.
+    pub fn commit(self) -> Result<(), PipelineError> {
+        Ok(self.writer.commit()?)
+    }
+}
+
+/// Writes the whole take; with `raw`, the unfiltered landmarks of that performance.
+pub fn write_motion(path: &Path, motion: &Motion, raw: Option<&Performance>) -> Result<(), PipelineError> {
+    let mut table = MotionTable::create(path)?;
+    for (i, frame) in motion.frames.iter().enumerate() {
+        match raw {
+            Some(performance) => table.write_raw(motion, frame, performance.frames[i].landmarks.as_ref())?,
+            None => table.write(motion, frame)?,
+        }
+    }
+    table.commit()
+}
+
+/// OpenFace's angles: R = Rx · Ry · Rz, radians; a head that looks into the camera has none.
+fn euler_xyz(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let r = rotation.matrix();
+    Vector3::new(
+        (-r[(1, 2)]).atan2(r[(2, 2)]),
+        r[(0, 2)].clamp(-1.0, 1.0).asin(),
+        (-r[(0, 1)]).atan2(r[(0, 0)]),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_those_of_the_product() {
+        let turn = |axis: Vector3<f64>, angle: f64| Rotation3::new(axis * angle);
+        let rotation = turn(Vector3::x(), 0.3) * turn(Vector3::y(), -0.5) * turn(Vector3::z(), 0.2);
+        assert!((euler_xyz(&rotation) - Vector3::new(0.3, -0.5, 0.2)).norm() < 1e-12);
+    }
+}
