@@ -13,7 +13,7 @@ pub mod lift;
 pub mod scan;
 pub mod spline;
 
-//pub mod rig;
+pub mod rig;
 
 pub mod export;
 pub mod view;

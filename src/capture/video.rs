@@ -32,11 +32,8 @@ impl VideoFile {
             return Err(CaptureError::Empty { path: path.into() });
         }
         let text = path.to_string_lossy().into_owned();
-        // The container's rotation flag turns the picture upright.
-        let parameters = opencv::core::Vector::<i32>::from_slice(&[videoio::CAP_PROP_ORIENTATION_AUTO, 1]);
-        let mut capture =
-            videoio::VideoCapture::from_file_with_params(&text, videoio::CAP_FFMPEG, &parameters)
-                .map_err(library)?;
+        // OpenCV applies the container's rotation flag by default.
+        let mut capture = videoio::VideoCapture::from_file(&text, videoio::CAP_FFMPEG).map_err(library)?;
         if !capture.is_opened().map_err(library)? {
             return Err(CaptureError::NotAVideo { path: path.into() });
         }

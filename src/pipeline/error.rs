@@ -26,6 +26,9 @@ pub enum PipelineError {
     /// Splines.
     #[error(transparent)]
     Spline(#[from] SplineError),
+    /// Transfer and warp.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
