@@ -54,12 +54,14 @@ pub(super) fn resolve(
         unnamed = materials.len() as u32;
         materials.push(grey("default"));
     }
-    if textured && materials.len() <= 1 && materials.iter().all(|m| m.texture.is_none()) {
-        if let Some(texture) = Texture::beside(path) {
-            tracing::info!(path = %path.display(), texture = texture.name, "took the image beside the OBJ as its texture");
-            let name = materials.pop().map_or_else(|| "scan".to_owned(), |m| m.name);
-            materials.push(Material { name, base_colour: [1.0; 4], texture: Some(texture) });
-        }
+    if textured
+        && materials.len() <= 1
+        && materials.iter().all(|m| m.texture.is_none())
+        && let Some(texture) = Texture::beside(path)
+    {
+        let name = materials.pop().map_or_else(|| "scan".to_owned(), |m| m.name);
+        tracing::info!(path = %path.display(), texture = texture.name, "the image beside the OBJ is its texture");
+        materials.push(Material { name, base_colour: [1.0; 4], texture: Some(texture) });
     }
     Resolved { materials, named, unnamed }
 }

@@ -34,10 +34,10 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
             joined.extend_from_slice(part);
             joined.push(b' ');
         } else if joined.is_empty() {
-            reader.line(line).map_err(|fault| at_line(fault, number))?;
+            reader.line(line).map_err(|fault| at_line(&fault, number))?;
         } else {
             joined.extend_from_slice(line);
-            reader.line(&joined).map_err(|fault| at_line(fault, number))?;
+            reader.line(&joined).map_err(|fault| at_line(&fault, number))?;
             joined.clear();
         }
     }
@@ -45,7 +45,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
     Ok(reader.finish(path))
 }
 
-fn at_line(fault: Fault, number: usize) -> Fault {
+fn at_line(fault: &Fault, number: usize) -> Fault {
     Fault::new(format!("line {}: {}", number + 1, fault.reason), fault.remedy)
 }
 
