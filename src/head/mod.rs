@@ -3,7 +3,9 @@
 mod camera;
 mod error;
 mod pose;
+mod procrustes;
 
 pub use camera::Camera;
 pub use error::HeadError;
 pub use pose::{HeadPose, PoseSolver};
+pub use procrustes::rotation_between;

@@ -6,7 +6,7 @@ use super::RigError;
 use crate::tracking::{LANDMARK_COUNT, index};
 
 /// Landmarks that a target cannot do without: eyes, nose and mouth.
-const FEWEST: usize = 200;
+const FEWEST: usize = 40;
 
 /// A target's landmarks and how it must be turned to be seen as the performer is.
 #[derive(Debug, Clone)]

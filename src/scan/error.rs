@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::validate::MeshFault;
+use super::{placement::PlacementError, validate::MeshFault};
 
 /// Every variant names the file, what was found, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +46,22 @@ pub enum ScanError {
         reason: String,
         /// What the user can do.
         remedy: &'static str,
+    },
+    /// The mesh was read but cannot be worked with.
+    #[error("{path}: {source}")]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: MeshFault,
+    },
+    /// The scan cannot be placed.
+    #[error("{path}: {source}")]
+    Placement {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PlacementError,
     },
 }
 

@@ -22,18 +22,6 @@ const MAX_BYTES: u64 = 64 << 20;
 
 const EXTENSIONS: &str = ".json (understudy), .pts (iBUG), .ljson (menpo)";
 
-/// How much is known of a landmark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LandmarkState {
-    /// Seen, or placed by hand.
-    Observed,
-    /// Worked out from others.
-    Inferred,
-    /// Unknown; it has no position.
-    Absent,
-}
-
 /// Which set of landmarks a file holds; its count tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LandmarkScheme {

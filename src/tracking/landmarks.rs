@@ -1,6 +1,7 @@
 //! The 478 landmarks of the network, and how sure each is.
 
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Number of landmarks: 468 on the skin, then five for each iris (right eye first).
 pub const LANDMARK_COUNT: usize = 478;
@@ -51,9 +52,10 @@ pub mod index {
 }
 
 /// Where a landmark's position comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum LandmarkState {
-    /// Seen in this frame.
+    /// Seen in this frame, or placed by hand.
     #[default]
     Observed,
     /// Not seen; carried over from its mirror image, from earlier frames, or from the neutral.

@@ -1,0 +1,34 @@
+//! The rotation between two views of like points.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// The rotation R that brings R·a closest to b, whatever their places and sizes (Kabsch); the identity where the points
+/// do not tell.
+pub fn rotation_between(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Rotation3<f64> {
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let covariance: Matrix3<f64> =
+        a.iter().zip(b).map(|(a, b)| (b - mean_b) * (a - mean_a).transpose()).sum();
+    let svd = covariance.svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Rotation3::identity() };
+    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
+    Rotation3::from_matrix_unchecked(u * mirror * v_t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_known_rotation_comes_back_through_scale_and_shift() {
+        let truth = Rotation3::from_euler_angles(0.3, -0.4, 0.1);
+        let a: Vec<_> = (0..12)
+            .map(|i| {
+                let t = f64::from(i);
+                Vector3::new(t.sin() * 30.0, (2.0 * t).cos() * 40.0, (3.0 * t).sin() * 10.0)
+            })
+            .collect();
+        let b: Vec<_> = a.iter().map(|p| truth * p * 2.5 + Vector3::new(5.0, -7.0, 100.0)).collect();
+        assert!(rotation_between(&a, &b).angle_to(&truth) < 1e-9);
+    }
+}

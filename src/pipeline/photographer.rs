@@ -1,0 +1,96 @@
+//! Pictures of a scan, for the networks that know faces from pictures.
+
+use nalgebra::{Matrix4, Point2, Point3, Rotation3, Vector3};
+
+use super::PipelineError;
+use crate::{
+    capture::{CaptureError, Image},
+    scan::{Mesh, NormalSolver, Surface, SurfacePoint},
+    tracking::{Landmarks, Tracker},
+    view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera},
+};
+
+/// Side of the square pictures; the landmark network looks at 256 × 256 of a face that fills about half of it.
+const SIDE: u32 = 640;
+
+/// Photographs one mesh.
+pub struct Photographer {
+    renderer: Renderer,
+    model: Model,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    look: Look,
+    rgba: Vec<u8>,
+}
+
+/// A picture with the camera that took it and the face found on it.
+pub struct Portrait {
+    /// Where the camera stood, in the mesh's own frame and unit.
+    pub camera: ViewCamera,
+    /// The face, in pixels of the picture.
+    pub landmarks: Landmarks,
+}
+
+impl Photographer {
+    /// Uploads the mesh, in whatever frame and unit it is.
+    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, PipelineError> {
+        let positions: Vec<[f32; 3]> =
+            mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
+        let mut normals = vec![[0.0; 3]; positions.len()];
+        NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+        let has_colour = !mesh.colours.is_empty() || mesh.materials.iter().any(|m| m.texture.is_some());
+        // A bare scan needs light to show its shape; a coloured one has the light of its recording.
+        let look = if has_colour { Look::UNLIT } else { Look::default().lit_by(Lighting::Clay) };
+        Ok(Self {
+            renderer: Renderer::new(gpu, SIDE, SIDE, Smoothing::None)?,
+            model: Model::upload(gpu, mesh)?,
+            positions,
+            normals,
+            look,
+            rgba: Vec::new(),
+        })
+    }
+
+    /// A camera before `centre` that shows a ball of `radius`; `facing` turns the mesh's frame so that the face looks
+    /// at the camera, upright.
+    pub fn camera(centre: Point3<f64>, radius: f64, facing: &Rotation3<f64>) -> ViewCamera {
+        let straight = ViewCamera::frame_bounds(Point3::origin(), radius, [SIDE, SIDE]);
+        let turn = facing.inverse();
+        ViewCamera {
+            eye: centre + turn * straight.eye.coords,
+            target: centre,
+            up: turn * Vector3::y(),
+            ..straight
+        }
+    }
+
+    /// Takes the picture and looks for a face on it.
+    pub fn portrait(
+        &mut self,
+        camera: ViewCamera,
+        tracker: &mut Tracker,
+    ) -> Result<Option<Portrait>, PipelineError> {
+        let world = Matrix4::identity();
+        self.renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &self.look)?;
+        self.renderer.read(&mut self.rgba)?;
+        let side = SIDE as usize;
+        let image = Image::from_rgba(side, side, &self.rgba)
+            .map_err(|source| CaptureError::Library { path: "a rendering of the scan".into(), source })?;
+        tracker.reset();
+        Ok(tracker.track(&image)?.map(|landmarks| Portrait { camera, landmarks }))
+    }
+}
+
+impl Portrait {
+    /// Where the ray of a picture's point first meets the surface.
+    pub fn cast(&self, pixel: nalgebra::Vector2<f64>, surface: &Surface) -> Option<SurfacePoint> {
+        // Landmarks count pixel centres as integers, the view's pixels start at corners.
+        let (origin, direction) = self.camera.ray(Point2::new(pixel.x + 0.5, pixel.y + 0.5));
+        surface.cast(origin, direction.into_inner())
+    }
+
+    /// The cosine between the surface and the line of sight: 1 faces the camera, 0 grazes.
+    pub fn facing(&self, point: &SurfacePoint) -> f64 {
+        (self.camera.eye - point.position).normalize().dot(&point.normal)
+    }
+}

@@ -1,0 +1,184 @@
+//! The 478 landmarks of a scan: the clip's own networks look at pictures of it, and what they find is cast back.
+//!
+//! A frontal picture finds the face and its size; pictures from both sides then see the cheeks and the nose less
+//! steeply. Each landmark is the mean of what all pictures say, weighted by how squarely each sees it.
+
+use nalgebra::{Point3, Rotation3, Vector2, Vector3};
+
+use super::{
+    PipelineError,
+    photographer::{Photographer, Portrait},
+};
+use crate::{
+    scan::{Mesh, Surface, SurfacePoint},
+    tracking::{LANDMARK_COUNT, Region, Tracker, index, landmark_table},
+};
+
+/// Degrees of yaw of the pictures after the frontal one.
+const YAWS: [f64; 4] = [20.0, -20.0, 40.0, -40.0];
+/// Radius of the framed ball over the outer canthal distance.
+const FRAMING: f64 = 1.55;
+/// A point seen more steeply than this cosine says nothing.
+const GRAZING: f64 = 0.15;
+/// Two pictures that disagree by more than this many outer canthal distances do not show the same point.
+const DISAGREEMENT: f64 = 0.12;
+/// A head turned in the picture plane by more than this is another orientation, radians.
+const UPRIGHT: f64 = 0.7;
+/// Steps by which a point of the outline is drawn towards the face until it lies on skin.
+const OUTLINE_STEPS: usize = 10;
+
+/// A face found on a scan.
+#[derive(Debug, Clone)]
+pub struct ScanFace {
+    /// 478 points on the surface, in the mesh's own frame and unit; `None` where no picture shows one.
+    pub landmarks: Vec<Option<SurfacePoint>>,
+    /// 478 values 0..=1: how squarely the pictures saw each landmark.
+    pub confidences: Vec<f64>,
+    /// From the mesh's own axes to upright ones that look at the camera: one of the 24 axis-aligned rotations.
+    pub facing: Rotation3<f64>,
+}
+
+impl ScanFace {
+    /// Looks for a face on a mesh in its own frame and unit. `name` is for messages.
+    pub fn find(
+        name: &str,
+        mesh: &Mesh,
+        surface: &Surface,
+        photographer: &mut Photographer,
+        tracker: &mut Tracker,
+    ) -> Result<Self, PipelineError> {
+        let (centre, radius) = bounding_ball(mesh);
+        let mut first = None;
+        for facing in orientations() {
+            let camera = Photographer::camera(centre, radius, &facing);
+            if let Some(portrait) = photographer.portrait(camera, tracker)?
+                && roll(&portrait).abs() < UPRIGHT
+                && let Some(measure) = Measure::of(&portrait, surface)
+            {
+                first = Some((facing, measure));
+                break;
+            }
+        }
+        let (facing, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: name.to_owned() })?;
+
+        let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing);
+        let mut portraits = Vec::new();
+        for yaw in std::iter::once(0.0).chain(YAWS) {
+            let side = camera.orbit(f64::to_radians(yaw), 0.0);
+            portraits.extend(photographer.portrait(side, tracker)?);
+        }
+        if portraits.is_empty() {
+            return Err(PipelineError::NoFaceOnScan { scan: name.to_owned() });
+        }
+        let (landmarks, confidences) = combine(&portraits, surface, measure.eyes).into_iter().unzip();
+        Ok(Self { landmarks, confidences, facing })
+    }
+
+    /// Positions of the landmarks.
+    pub fn positions(&self) -> Vec<Option<Point3<f64>>> {
+        self.landmarks.iter().map(|point| point.as_ref().map(|p| p.position)).collect()
+    }
+}
+
+/// Where the face is and how large.
+struct Measure {
+    centre: Point3<f64>,
+    eyes: f64,
+}
+
+impl Measure {
+    fn of(portrait: &Portrait, surface: &Surface) -> Option<Self> {
+        let at = |landmark: usize| {
+            Some(portrait.cast(portrait.landmarks.pixel(landmark), surface)?.position)
+        };
+        let (right, left) = (at(index::RIGHT_EYE_OUTER)?, at(index::LEFT_EYE_OUTER)?);
+        let mouth = nalgebra::center(&at(index::MOUTH_RIGHT)?, &at(index::MOUTH_LEFT)?);
+        let eyes = (right - left).norm();
+        let centre = nalgebra::center(&nalgebra::center(&right, &left), &mouth);
+        (eyes > 0.0).then_some(Self { centre, eyes })
+    }
+}
+
+/// For each landmark the weighted mean over the portraits, put back onto the surface.
+fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<SurfacePoint>, f64)> {
+    (0..LANDMARK_COUNT)
+        .map(|landmark| {
+            let outline = landmark_table()[landmark].region == Region::Oval;
+            // Each picture has its own silhouette: only the first one's is the face's.
+            let views = if outline { &portraits[..1] } else { portraits };
+            let sightings: Vec<_> = views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
+            let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position) else {
+                return (None, 0.0);
+            };
+            let (mut sum, mut total, mut best) = (Vector3::zeros(), 0.0, 0.0_f64);
+            for (point, facing) in &sightings {
+                if (point.position - reference).norm() <= DISAGREEMENT * eyes {
+                    sum += point.position.coords * facing.powi(2);
+                    total += facing.powi(2);
+                    best = best.max(*facing);
+                }
+            }
+            (surface.nearest(Point3::from(sum / total)), best)
+        })
+        .collect()
+}
+
+/// One picture's word on one landmark, and how squarely it sees it.
+fn sight(portrait: &Portrait, landmark: usize, outline: bool, surface: &Surface) -> Option<(SurfacePoint, f64)> {
+    let pixel = portrait.landmarks.pixel(landmark);
+    let middle = portrait.landmarks.pixel(index::NOSE_TIP);
+    let steps = if outline { OUTLINE_STEPS } else { 1 };
+    (0..steps)
+        .map(|step| pixel + (middle - pixel) * (0.01 * step as f64))
+        .filter_map(|pixel: Vector2<f64>| {
+            let point = portrait.cast(pixel, surface)?;
+            let facing = portrait.facing(&point);
+            (facing > GRAZING).then_some((point, facing))
+        })
+        .next()
+}
+
+/// Radians by which the eyes are off level in the picture.
+fn roll(portrait: &Portrait) -> f64 {
+    let eyes = portrait.landmarks.pixel(index::LEFT_EYE_OUTER) - portrait.landmarks.pixel(index::RIGHT_EYE_OUTER);
+    eyes.y.atan2(eyes.x)
+}
+
+fn bounding_ball(mesh: &Mesh) -> (Point3<f64>, f64) {
+    let (mut low, mut high) = (Point3::from(Vector3::repeat(f64::INFINITY)), Point3::from(Vector3::repeat(f64::NEG_INFINITY)));
+    for position in &mesh.positions {
+        low = low.inf(position);
+        high = high.sup(position);
+    }
+    (nalgebra::center(&low, &high), (high - low).norm() / 2.0)
+}
+
+/// All 24 ways to set the mesh's axes upright, the file's own first.
+fn orientations() -> Vec<Rotation3<f64>> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let turns = [
+        Rotation3::identity(),
+        Rotation3::from_axis_angle(&Vector3::x_axis(), -quarter), // z up, looks along -y
+        Rotation3::from_axis_angle(&Vector3::y_axis(), quarter),
+        Rotation3::from_axis_angle(&Vector3::y_axis(), -quarter),
+        Rotation3::from_axis_angle(&Vector3::y_axis(), 2.0 * quarter),
+        Rotation3::from_axis_angle(&Vector3::x_axis(), quarter),
+    ];
+    let rolls = [0.0, 2.0, 1.0, 3.0].map(|k| Rotation3::from_axis_angle(&Vector3::z_axis(), k * quarter));
+    rolls.iter().flat_map(|roll| turns.iter().map(move |turn| roll * turn)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_orientations_are_24_different_rotations_and_the_files_own_comes_first() {
+        let all = orientations();
+        assert_eq!(all.len(), 24);
+        assert!(all[0].angle() < 1e-12);
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a.angle_to(b) > 1.0));
+        }
+    }
+}
