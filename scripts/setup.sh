@@ -48,7 +48,7 @@ apt() {
         ok "$*: already there"
         return
     fi
-    busy "${missing[*]}: installing with apt-get (OpenCV's part is about 300 MB)"
+    busy "${missing[*]}: installing with apt-get"
     log=$(mktemp)
     {
         as_root apt-get update -q </dev/null &&
@@ -80,7 +80,7 @@ look_for_rust() {
     fi
     version=$(rustc --version 2>/dev/null | cut -d' ' -f2) || true
     if [ -z "$version" ]; then
-        problem "Rust $wanted_rust or newer is missing: install rustup (rustup.rs) and run: rustup default stable"
+        problem "Rust $wanted_rust or newer is missing: install it with rustup, then run: rustup default stable"
     elif [ "$(printf '%s\n' "$wanted_rust" "$version" | sort -V | head -n 1)" != "$wanted_rust" ]; then
         problem "Rust $wanted_rust or newer is wanted, $version was found: run: rustup update stable"
     else

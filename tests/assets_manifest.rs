@@ -53,5 +53,5 @@ fn the_canonical_face_has_the_shape_that_the_landmarks_want() {
     assert_eq!(count("procrustes_weights"), Some(33));
     // The outer corners of the eyes, 33 the subject's right, mirror each other and +X is the subject's left.
     let x = |index: usize| face["positions_cm"][index][0].as_f64();
-    assert_eq!((x(33), x(263)), (Some(-4.445859), Some(4.445859)));
+    assert_eq!((x(33), x(263)), (Some(-4.445_859), Some(4.445_859)));
 }

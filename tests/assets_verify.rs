@@ -1,5 +1,7 @@
 //! An asset is handed out only when it is the file that the manifest names; otherwise the error says what to do.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{fs, path::Path};
 
 use tempfile::TempDir;
