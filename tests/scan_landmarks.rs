@@ -5,9 +5,9 @@ use std::path::Path;
 use nalgebra::Point3;
 use proptest::prelude::*;
 use understudy::scan::{
-    LandmarkFile, LandmarkFormat, LandmarkScheme, LandmarkState, read_landmarks, read_landmarks_bytes,
-    write_landmarks,
+    LandmarkFile, LandmarkFormat, LandmarkScheme, read_landmarks, read_landmarks_bytes, write_landmarks,
 };
+use understudy::tracking::LandmarkState;
 
 fn any_file() -> impl Strategy<Value = LandmarkFile> {
     let state = prop_oneof![

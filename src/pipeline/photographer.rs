@@ -42,7 +42,7 @@ impl Photographer {
         // A bare scan needs light to show its shape; a coloured one has the light of its recording.
         let look = if has_colour { Look::UNLIT } else { Look::default().lit_by(Lighting::Clay) };
         Ok(Self {
-            renderer: Renderer::new(gpu, SIDE, SIDE, Smoothing::None)?,
+            renderer: Renderer::new(gpu, SIDE, SIDE, Smoothing::Off)?,
             model: Model::upload(gpu, mesh)?,
             positions,
             normals,

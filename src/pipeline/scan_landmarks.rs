@@ -88,9 +88,7 @@ struct Measure {
 
 impl Measure {
     fn of(portrait: &Portrait, surface: &Surface) -> Option<Self> {
-        let at = |landmark: usize| {
-            Some(portrait.cast(portrait.landmarks.pixel(landmark), surface)?.position)
-        };
+        let at = |landmark: usize| Some(portrait.cast(portrait.landmarks.pixel(landmark), surface)?.position);
         let (right, left) = (at(index::RIGHT_EYE_OUTER)?, at(index::LEFT_EYE_OUTER)?);
         let mouth = nalgebra::center(&at(index::MOUTH_RIGHT)?, &at(index::MOUTH_LEFT)?);
         let eyes = (right - left).norm();
@@ -106,8 +104,10 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
             let outline = landmark_table()[landmark].region == Region::Oval;
             // Each picture has its own silhouette: only the first one's is the face's.
             let views = if outline { &portraits[..1] } else { portraits };
-            let sightings: Vec<_> = views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
-            let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position) else {
+            let sightings: Vec<_> =
+                views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
+            let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position)
+            else {
                 return (None, 0.0);
             };
             let (mut sum, mut total, mut best) = (Vector3::zeros(), 0.0, 0.0_f64);
@@ -124,7 +124,12 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
 }
 
 /// One picture's word on one landmark, and how squarely it sees it.
-fn sight(portrait: &Portrait, landmark: usize, outline: bool, surface: &Surface) -> Option<(SurfacePoint, f64)> {
+fn sight(
+    portrait: &Portrait,
+    landmark: usize,
+    outline: bool,
+    surface: &Surface,
+) -> Option<(SurfacePoint, f64)> {
     let pixel = portrait.landmarks.pixel(landmark);
     let middle = portrait.landmarks.pixel(index::NOSE_TIP);
     let steps = if outline { OUTLINE_STEPS } else { 1 };
@@ -140,12 +145,14 @@ fn sight(portrait: &Portrait, landmark: usize, outline: bool, surface: &Surface)
 
 /// Radians by which the eyes are off level in the picture.
 fn roll(portrait: &Portrait) -> f64 {
-    let eyes = portrait.landmarks.pixel(index::LEFT_EYE_OUTER) - portrait.landmarks.pixel(index::RIGHT_EYE_OUTER);
+    let eyes =
+        portrait.landmarks.pixel(index::LEFT_EYE_OUTER) - portrait.landmarks.pixel(index::RIGHT_EYE_OUTER);
     eyes.y.atan2(eyes.x)
 }
 
 fn bounding_ball(mesh: &Mesh) -> (Point3<f64>, f64) {
-    let (mut low, mut high) = (Point3::from(Vector3::repeat(f64::INFINITY)), Point3::from(Vector3::repeat(f64::NEG_INFINITY)));
+    let (mut low, mut high) =
+        (Point3::from(Vector3::repeat(f64::INFINITY)), Point3::from(Vector3::repeat(f64::NEG_INFINITY)));
     for position in &mesh.positions {
         low = low.inf(position);
         high = high.sup(position);

@@ -9,17 +9,16 @@ use crate::{
     head::rotation_between,
     rig::TargetFace,
     scan::{
-        LandmarkFile, LengthUnit, Mesh, Placement, Scan, ScanError, Surface, guess_from_outer_canthal_distance,
-        read_landmarks, read_mesh,
+        LandmarkFile, LengthUnit, Mesh, Placement, Scan, ScanError, Surface,
+        guess_from_outer_canthal_distance, read_landmarks, read_mesh,
     },
     tracking::{IBUG_68, LANDMARK_COUNT, LandmarkState, Landmarks, SKIN_LANDMARK_COUNT, Tracker, index},
     view::Gpu,
 };
 
 /// Points by which the network's views of two faces are compared: they hardly move with expression.
-const RIGID: [usize; 24] = [
-    33, 133, 362, 263, 168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 327, 10, 151, 9, 8, 127, 356, 234, 454,
-];
+const RIGID: [usize; 24] =
+    [33, 133, 362, 263, 168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 327, 10, 151, 9, 8, 127, 356, 234, 454];
 /// Radius of the framed ball over the outer canthal distance, as when landmarks are found.
 const FRAMING: f64 = 1.55;
 /// Rounds of levelling; the angle shrinks to a third in each.
@@ -116,7 +115,11 @@ impl Target {
 
     /// The target brought level with `seen`, the network's view of the performer's neutral: the scan is turned until
     /// the network sees it in the same pose. Also returns the angle of each round, radians.
-    pub fn level_with(&mut self, seen: &Landmarks, tracker: &mut Tracker) -> Result<(TargetFace, Vec<f64>), PipelineError> {
+    pub fn level_with(
+        &mut self,
+        seen: &Landmarks,
+        tracker: &mut Tracker,
+    ) -> Result<(TargetFace, Vec<f64>), PipelineError> {
         let (centre, eyes) = self.centre_and_eyes();
         let wanted = upright_points(seen);
         let mut level = Rotation3::identity();
@@ -124,7 +127,10 @@ impl Target {
         for _ in 0..ROUNDS {
             let camera = Photographer::camera(centre, FRAMING * eyes, &level);
             let Some(portrait) = self.photographer.portrait(camera, tracker)? else {
-                tracing::warn!("{} is no longer seen as a face when turned; it stays as it was", self.scan.name);
+                tracing::warn!(
+                    "{} is no longer seen as a face when turned; it stays as it was",
+                    self.scan.name
+                );
                 break;
             };
             let turn = rotation_between(&upright_points(&portrait.landmarks), &wanted);

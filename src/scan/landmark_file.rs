@@ -8,12 +8,12 @@ use std::io::Write as _;
 use std::path::Path;
 
 use nalgebra::Point3;
-use serde::{Deserialize, Serialize};
 
 use super::error::{Fault, ScanError};
 use super::read::read_limited;
 use super::texture::folder_of;
 use super::{landmark_json, landmark_ljson, landmark_pts};
+use crate::tracking::LandmarkState;
 
 /// More landmarks than this are refused.
 pub const MAX_LANDMARKS: usize = 100_000;

@@ -6,8 +6,9 @@ use nalgebra::Point3;
 use serde::Deserialize;
 
 use super::error::Fault;
-use super::landmark_file::{LandmarkFile, LandmarkState, MAX_LANDMARKS, decimal};
+use super::landmark_file::{LandmarkFile, MAX_LANDMARKS, decimal};
 use super::landmark_ljson;
+use crate::tracking::LandmarkState;
 
 const FORMAT: &str = "understudy landmarks 1";
 

@@ -27,8 +27,8 @@ mod landmark_pts;
 
 pub use error::ScanError;
 pub use landmark_file::{
-    LandmarkFile, LandmarkFormat, LandmarkScheme, LandmarkState, MAX_LANDMARKS, read_landmarks,
-    read_landmarks_bytes, write_landmarks,
+    LandmarkFile, LandmarkFormat, LandmarkScheme, MAX_LANDMARKS, read_landmarks, read_landmarks_bytes,
+    write_landmarks,
 };
 pub use mesh::{Material, Mesh, Texture, TextureFormat};
 pub use normals::{NormalSolver, vertex_normals};

@@ -3,7 +3,8 @@
 /// For each of the 68 points, in their order, the landmark of the network. The outline (0–16) is only alike: iBUG's
 /// follows the jaw's edge as a picture shows it, the network's the face's.
 pub const IBUG_68: [usize; 68] = [
-    162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389, // outline, right to left
+    162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454,
+    389, // outline, right to left
     70, 63, 105, 66, 107, 336, 296, 334, 293, 300, // brows
     168, 197, 5, 4, 75, 97, 2, 326, 305, // nose
     33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380, // eyes
