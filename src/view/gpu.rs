@@ -11,6 +11,7 @@ pub struct Gpu {
     pub(super) queue: wgpu::Queue,
     pub(super) material_layout: wgpu::BindGroupLayout,
     adapter_name: String,
+    cpu: bool,
     errors: Arc<Mutex<Option<String>>>,
 }
 
@@ -72,12 +73,18 @@ impl Gpu {
             }
         });
         let material_layout = device.create_bind_group_layout(&material_layout());
-        Self { device, queue, material_layout, adapter_name, errors }
+        let cpu = info.device_type == wgpu::DeviceType::Cpu;
+        Self { device, queue, material_layout, adapter_name, cpu, errors }
     }
 
     /// Which adapter draws, by which interface and driver.
     pub fn adapter_name(&self) -> &str {
         &self.adapter_name
+    }
+
+    /// Whether pictures are drawn on the CPU, without a graphics card.
+    pub fn is_cpu(&self) -> bool {
+        self.cpu
     }
 
     /// Returns the first error reported since the last check.
@@ -109,7 +116,7 @@ fn material_layout() -> wgpu::BindGroupLayoutDescriptor<'static> {
     const ENTRIES: &[wgpu::BindGroupLayoutEntry] = &[
         wgpu::BindGroupLayoutEntry {
             binding: 0,
-            visibility: wgpu::ShaderStages::FRAGMENT,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
             ty: wgpu::BindingType::Buffer {
                 ty: wgpu::BufferBindingType::Uniform,
                 has_dynamic_offset: false,

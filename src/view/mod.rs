@@ -2,13 +2,18 @@
 //! CPU for inspection. `docs/view.md` shows them and says how long they take.
 
 mod camera;
+mod edges;
 mod error;
 mod gpu;
 mod look;
 mod model;
+mod overlay;
 mod pipelines;
 mod readback;
 mod renderer;
+mod save;
+mod sheet;
+mod text;
 mod texture;
 
 pub use camera::{Projection, ViewCamera};
@@ -16,4 +21,8 @@ pub use error::ViewError;
 pub use gpu::Gpu;
 pub use look::{Background, Lighting, Look};
 pub use model::Model;
+pub use overlay::{cross, dot, line};
 pub use renderer::{Renderer, Smoothing};
+pub use save::save_png;
+pub use sheet::{beside, contact_sheet};
+pub use text::{text, text_size};

@@ -32,16 +32,17 @@ pub(super) struct MovingVertex {
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 struct MaterialUniform {
     base: [f32; 4],
-    /// Whether the texture and whether the vertex colours are used: 1 or 0.
-    textured: f32,
-    coloured: f32,
-    padding: [f32; 2],
+    /// What multiplies sRGB as `base` multiplies light.
+    encoded: [f32; 4],
+    /// Whether the vertex colours are used: 1 or 0, in the first.
+    coloured: [f32; 4],
 }
 
 /// The triangles of one material.
 #[derive(Debug)]
 pub(super) struct Part {
     pub indices: std::ops::Range<u32>,
+    pub textured: bool,
     pub material: wgpu::BindGroup,
 }
 
@@ -216,6 +217,8 @@ fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> 
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
         mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        // Drawing on the CPU, four anisotropic samples double the time of the whole picture.
+        anisotropy_clamp: if gpu.is_cpu() { 1 } else { 8 },
         ..wgpu::SamplerDescriptor::default()
     });
     let white = texture::white(gpu);
@@ -251,7 +254,7 @@ fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> 
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        parts.push(Part { indices, material });
+        parts.push(Part { indices, textured: texture.is_some(), material });
     }
     Ok(parts)
 }
@@ -265,8 +268,8 @@ fn uniform(material: Option<&Material>, textured: bool, coloured: bool) -> Mater
         _ if coloured => plain,
         _ => CLAY,
     };
-    let flag = |yes: bool| if yes { 1.0 } else { 0.0 };
-    MaterialUniform { base, textured: flag(textured), coloured: flag(coloured), padding: [0.0; 2] }
+    let encoded = base.map(|factor| factor.max(0.0).powf(1.0 / 2.2));
+    MaterialUniform { base, encoded, coloured: [f32::from(u8::from(coloured)); 4] }
 }
 
 /// A buffer with the given bytes in it, padded to the multiple of four that copies need.

@@ -1,4 +1,4 @@
-//! The three programs that draw the model and its background, and the one that smooths edges.
+//! The programs that draw the model and its background.
 
 use super::Gpu;
 use super::look::Lighting;
@@ -13,8 +13,10 @@ pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 #[derive(Debug)]
 pub(super) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
-    lit: wgpu::RenderPipeline,
-    unlit: wgpu::RenderPipeline,
+    textured: wgpu::RenderPipeline,
+    plain: wgpu::RenderPipeline,
+    unlit_textured: wgpu::RenderPipeline,
+    unlit_plain: wgpu::RenderPipeline,
     pub background: wgpu::RenderPipeline,
 }
 
@@ -42,75 +44,34 @@ impl Pipelines {
             Some(vertex_layout(size_of::<FixedVertex>(), &fixed)),
             Some(vertex_layout(size_of::<MovingVertex>(), &moving)),
         ];
-        let draw = |layout, vertex, fragment, buffers, nearest| {
-            pipeline(gpu, &module, layout, [vertex, fragment], buffers, Some(depth(nearest)), samples)
+        let draw = |name: &str| {
+            let entries = [&*format!("{name}_vertex"), &*format!("{name}_fragment")];
+            pipeline(gpu, &module, &with_material, entries, &buffers, depth(true), samples)
         };
         Self {
-            lit: draw(&with_material, "model_vertex", "lit_fragment", &buffers, true),
-            unlit: draw(&with_material, "model_vertex", "unlit_fragment", &buffers, true),
-            background: draw(&alone, "background_vertex", "background_fragment", &[], false),
+            textured: draw("textured"),
+            plain: draw("plain"),
+            unlit_textured: draw("unlit_textured"),
+            unlit_plain: draw("unlit_plain"),
+            background: pipeline(
+                gpu,
+                &module,
+                &alone,
+                ["background_vertex", "background_fragment"],
+                &[],
+                depth(false),
+                samples,
+            ),
             frame_layout,
         }
     }
 
-    pub(super) fn model(&self, lighting: Lighting) -> &wgpu::RenderPipeline {
-        match lighting {
-            Lighting::Lit | Lighting::Clay => &self.lit,
-            Lighting::Unlit => &self.unlit,
-        }
-    }
-}
-
-/// Reads one finished picture and writes another with smoother edges.
-#[derive(Debug)]
-pub(super) struct EdgePass {
-    pub pipeline: wgpu::RenderPipeline,
-    pub picture: wgpu::BindGroup,
-}
-
-impl EdgePass {
-    pub(super) fn new(gpu: &Gpu, picture: &wgpu::TextureView) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::include_wgsl!("edges.wgsl"));
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let pictures = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("finished picture"),
-            entries: &[
-                entry(
-                    0,
-                    wgpu::BindingType::Texture {
-                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                        view_dimension: wgpu::TextureViewDimension::D2,
-                        multisampled: false,
-                    },
-                ),
-                entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-            ],
-        });
-        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("finished picture"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..wgpu::SamplerDescriptor::default()
-        });
-        let entries = ["whole_vertex", "edges_fragment"];
-        Self {
-            pipeline: pipeline(gpu, &module, &layout(gpu, &[&pictures]), entries, &[], None, 1),
-            picture: gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("finished picture"),
-                layout: &pictures,
-                entries: &[
-                    wgpu::BindGroupEntry {
-                        binding: 0,
-                        resource: wgpu::BindingResource::TextureView(picture),
-                    },
-                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
-                ],
-            }),
+    pub(super) fn part(&self, lighting: Lighting, textured: bool) -> &wgpu::RenderPipeline {
+        match (lighting, textured) {
+            (Lighting::Lit, true) => &self.textured,
+            (Lighting::Lit, false) | (Lighting::Clay, _) => &self.plain,
+            (Lighting::Unlit, true) => &self.unlit_textured,
+            (Lighting::Unlit, false) => &self.unlit_plain,
         }
     }
 }
@@ -154,7 +115,7 @@ fn pipeline(
     layout: &wgpu::PipelineLayout,
     [vertex, fragment]: [&str; 2],
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-    depth_stencil: Option<wgpu::DepthStencilState>,
+    depth_stencil: wgpu::DepthStencilState,
     samples: u32,
 ) -> wgpu::RenderPipeline {
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -167,7 +128,7 @@ fn pipeline(
             buffers,
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil,
+        depth_stencil: Some(depth_stencil),
         multisample: wgpu::MultisampleState { count: samples, ..wgpu::MultisampleState::default() },
         fragment: Some(wgpu::FragmentState {
             module,

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::mpsc;
 
+use super::edges::EdgeSmoother;
 use super::{Gpu, ViewError};
 
 /// Rows of a copied picture start at multiples of this many bytes.
@@ -71,21 +72,34 @@ impl Readback {
     }
 
     /// Waits for the oldest picture in flight and copies its rows, without padding, to `out`.
-    pub(super) fn fetch(&mut self, gpu: &Gpu, out: &mut Vec<u8>) -> Result<(), ViewError> {
-        let flight = self
-            .flying
-            .pop_front()
-            .ok_or(ViewError::Turn { reason: "no picture is on its way; submit one before fetching" })?;
+    pub(super) fn fetch(
+        &mut self,
+        gpu: &Gpu,
+        out: &mut Vec<u8>,
+        edges: Option<&mut EdgeSmoother>,
+    ) -> Result<(), ViewError> {
+        let flight = self.flying.pop_front().ok_or(ViewError::Turn {
+            reason: "no picture is on its way; submit one before fetching",
+        })?;
         let result = self.land(gpu, &flight, out);
         flight.buffer.unmap();
         self.free.push(flight.buffer);
         gpu.check()?;
-        result
+        result?;
+        if let Some(edges) = edges {
+            edges.smooth(out, self.size.width as usize);
+        }
+        if flight.transparent {
+            unmultiply(out);
+        }
+        Ok(())
     }
 
     fn land(&self, gpu: &Gpu, flight: &Flight, out: &mut Vec<u8>) -> Result<(), ViewError> {
-        let failed = |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
-        let wait = wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
+        let failed =
+            |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
+        let wait =
+            wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
         gpu.device.poll(wait).map_err(|error| failed(error.to_string()))?;
         match flight.mapped.recv() {
             Ok(Ok(())) => {}
@@ -102,10 +116,6 @@ impl Readback {
             for padded in bytes.chunks_exact(self.row_stride as usize) {
                 out.extend_from_slice(&padded[..row]);
             }
-        }
-        drop(bytes);
-        if flight.transparent {
-            unmultiply(out);
         }
         Ok(())
     }

@@ -1,4 +1,9 @@
-// The model and what stands behind it. Light is computed linearly; the target holds sRGB.
+// The model and what stands behind it.
+//
+// A scan's triangles are a few pixels wide and its lights are soft, so light is computed at the vertices; on a CPU
+// this halves the time of a picture. Light adds up linearly. Fragments decode the scan's sRGB by squaring and encode
+// by the square root, between which a factor of one is exact; `exposure` bends the light so that the product is
+// that of the usual exponent 2.2.
 
 struct Frame {
     clip_from_model: mat4x4f,
@@ -10,7 +15,7 @@ struct Frame {
     lights: vec4f,
     background_top: vec4f,
     background_bottom: vec4f,
-    // Replaces the scan's colours by the weight in w.
+    // Replaces the scan's colours by the weight in w, linear.
     clay: vec4f,
     specular: f32,
     // -1 where the model matrix mirrors, and front faces turn into back faces; 1 elsewhere.
@@ -21,39 +26,15 @@ struct Frame {
 
 struct Material {
     base: vec4f,
-    textured: f32,
-    coloured: f32,
-    padding: vec2f,
+    // The same factor for colours in sRGB; one leaves a texture's bytes as they are.
+    encoded: vec4f,
+    coloured: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(1) @binding(0) var<uniform> material: Material;
 @group(1) @binding(1) var scan_texture: texture_2d<f32>;
 @group(1) @binding(2) var scan_sampler: sampler;
-
-struct Varying {
-    @builtin(position) position: vec4f,
-    @location(0) uv: vec2f,
-    @location(1) colour: vec3f,
-    @location(2) normal: vec3f,
-    @location(3) view: vec3f,
-}
-
-@vertex
-fn model_vertex(
-    @location(0) uv: vec2f,
-    @location(1) colour: vec4f,
-    @location(2) position: vec3f,
-    @location(3) normal: vec3f,
-) -> Varying {
-    var out: Varying;
-    out.position = frame.clip_from_model * vec4f(position, 1.0);
-    out.uv = uv;
-    out.colour = colour.rgb;
-    out.normal = (frame.normal_from_model * vec4f(normal, 0.0)).xyz;
-    out.view = (frame.view_from_model * vec4f(position, 1.0)).xyz;
-    return out;
-}
 
 fn to_linear(c: vec3f) -> vec3f {
     return select(pow((c + 0.055) / 1.055, vec3f(2.4)), c / 12.92, c <= vec3f(0.04045));
@@ -64,39 +45,34 @@ fn to_srgb(l: vec3f) -> vec3f {
     return select(1.055 * pow(c, vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));
 }
 
+fn exposure(light: vec3f) -> vec3f {
+    return pow(light, vec3f(2.0 / 2.2));
+}
+
 // At most half an 8-bit step either way, fixed to the pixel (Jimenez, "Next generation post processing", 2014).
 fn dither(pixel: vec2f) -> f32 {
     return (fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715)))) - 0.5) / 255.0;
 }
 
-// The scan's own colour, sRGB, without the material's factor.
-fn scan_colour(in: Varying) -> vec3f {
-    if material.textured > 0.5 {
-        return textureSample(scan_texture, scan_sampler, in.uv).rgb;
-    }
-    if material.coloured > 0.5 {
-        return in.colour;
-    }
-    return vec3f(1.0);
+// The surface's own colour where it has no texture, linear.
+fn paint(colour: vec3f) -> vec3f {
+    let scan = material.base.rgb * mix(vec3f(1.0), to_linear(colour), material.coloured.x);
+    return mix(scan, frame.clay.rgb, frame.clay.w);
 }
 
-@fragment
-fn unlit_fragment(in: Varying) -> @location(0) vec4f {
-    var colour = scan_colour(in);
-    // A factor of one leaves the texture's bytes as they are.
-    if any(material.base.rgb != vec3f(1.0)) {
-        colour = to_srgb(to_linear(colour) * material.base.rgb);
-    }
-    return vec4f(colour, 1.0);
+struct Light {
+    // Multiplies the surface's colour.
+    diffuse: vec3f,
+    // Is added to it.
+    shine: f32,
 }
 
-@fragment
-fn lit_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-    let outside = select(-1.0, 1.0, front) * frame.facing;
-    let to_eye = normalize(frame.eye.xyz - in.view * frame.eye.w);
-    let normal = normalize(in.normal) * outside;
+// The light on a point in camera coordinates: x right, y up, z towards the viewer.
+fn light(point: vec3f, outwards: vec3f) -> Light {
+    let to_eye = normalize(frame.eye.xyz - point * frame.eye.w);
+    // Light what is seen: the inside of an open shell has its own normal. A vertex on the outline stays outside.
+    let normal = select(-outwards, outwards, dot(outwards, to_eye) > -0.25);
 
-    // Camera coordinates: x right, y up, z towards the viewer.
     let key_from = normalize(vec3f(-0.55, 0.62, 0.72));
     let fill_from = normalize(vec3f(0.85, -0.10, 0.55));
     let rim_from = normalize(vec3f(0.45, 0.60, -0.65));
@@ -107,19 +83,105 @@ fn lit_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0)
     let up = 0.5 + 0.5 * normal.y;
     let grazing = 1.0 - clamp(dot(normal, to_eye), 0.0, 1.0);
     let rim = grazing * grazing * grazing * max(dot(normal, rim_from) + 0.35, 0.0);
-    let light = frame.lights.x * mix(vec3f(0.84, 0.82, 0.80), vec3f(1.04, 1.05, 1.08), up)
+    let shine = pow(max(dot(normal, normalize(key_from + to_eye)), 0.0), 22.0);
+
+    var out: Light;
+    out.diffuse = frame.lights.x * mix(vec3f(0.84, 0.82, 0.80), vec3f(1.04, 1.05, 1.08), up)
         + frame.lights.y * key * vec3f(1.03, 1.0, 0.95)
         + frame.lights.z * fill * vec3f(0.92, 0.97, 1.06)
         + frame.lights.w * rim * vec3f(0.95, 1.0, 1.08);
+    out.shine = shine * frame.specular;
+    return out;
+}
 
-    let half_way = normalize(key_from + to_eye);
-    let shine = pow(max(dot(normal, half_way), 0.0), 22.0) * frame.specular;
+struct Vertex {
+    @location(0) uv: vec2f,
+    @location(1) colour: vec4f,
+    @location(2) position: vec3f,
+    @location(3) normal: vec3f,
+}
 
-    let scan = to_linear(scan_colour(in)) * material.base.rgb;
-    let albedo = mix(scan, frame.clay.rgb, frame.clay.w);
-    // The inside of an open shell lies in its own shadow.
-    let colour = select(albedo * light * 0.32, albedo * light + shine, outside > 0.0);
-    return vec4f(to_srgb(colour) + dither(in.position.xy), 1.0);
+fn light_at(in: Vertex) -> Light {
+    let normal = normalize((frame.normal_from_model * vec4f(in.normal, 0.0)).xyz);
+    return light((frame.view_from_model * vec4f(in.position, 1.0)).xyz, normal);
+}
+
+// The inside of an open shell lies in its own shadow.
+fn shade(front: bool) -> f32 {
+    return select(0.55, 1.0, front == (frame.facing > 0.0));
+}
+
+struct Textured {
+    @builtin(position) position: vec4f,
+    @location(0) uv: vec2f,
+    @location(1) light: vec4f,
+}
+
+@vertex
+fn textured_vertex(in: Vertex) -> Textured {
+    let light = light_at(in);
+    var out: Textured;
+    out.position = frame.clip_from_model * vec4f(in.position, 1.0);
+    out.uv = in.uv;
+    out.light = vec4f(exposure(light.diffuse * material.base.rgb), light.shine);
+    return out;
+}
+
+@fragment
+fn textured_fragment(in: Textured, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    let scan = textureSample(scan_texture, scan_sampler, in.uv).rgb;
+    return vec4f(sqrt(scan * scan * in.light.rgb + in.light.w) * shade(front), 1.0);
+}
+
+struct Plain {
+    @builtin(position) position: vec4f,
+    @location(0) colour: vec3f,
+}
+
+@vertex
+fn plain_vertex(in: Vertex) -> Plain {
+    let light = light_at(in);
+    var out: Plain;
+    out.position = frame.clip_from_model * vec4f(in.position, 1.0);
+    out.colour = to_srgb(paint(in.colour.rgb) * light.diffuse + light.shine);
+    return out;
+}
+
+@fragment
+fn plain_fragment(in: Plain, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    return vec4f(in.colour * shade(front) + dither(in.position.xy), 1.0);
+}
+
+struct UnlitTextured {
+    @builtin(position) position: vec4f,
+    @location(0) uv: vec2f,
+}
+
+@vertex
+fn unlit_textured_vertex(in: Vertex) -> UnlitTextured {
+    var out: UnlitTextured;
+    out.position = frame.clip_from_model * vec4f(in.position, 1.0);
+    out.uv = in.uv;
+    return out;
+}
+
+@fragment
+fn unlit_textured_fragment(in: UnlitTextured) -> @location(0) vec4f {
+    let scan = textureSample(scan_texture, scan_sampler, in.uv).rgb;
+    return vec4f(scan * material.encoded.rgb, 1.0);
+}
+
+@vertex
+fn unlit_plain_vertex(in: Vertex) -> Plain {
+    var out: Plain;
+    out.position = frame.clip_from_model * vec4f(in.position, 1.0);
+    out.colour = to_srgb(paint(in.colour.rgb));
+    return out;
+}
+
+@fragment
+fn unlit_plain_fragment(in: Plain) -> @location(0) vec4f {
+    return vec4f(in.colour, 1.0);
 }
 
 @vertex
@@ -132,5 +194,5 @@ fn background_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) ve
 @fragment
 fn background_fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let colour = mix(frame.background_top, frame.background_bottom, position.y / frame.height);
-    return vec4f(colour.rgb + dither(position.xy), colour.a);
+    return vec4f(colour.rgb + dither(position.xy), 1.0);
 }

@@ -1,0 +1,94 @@
+//! One picture at 1280 × 720, drawn and read back: heads of 12,000 and 50,000 triangles with a 2048-pixel texture.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use divan::{Bencher, bench, black_box};
+use image::{ImageFormat, Rgba, RgbaImage};
+use nalgebra::{Matrix4, Point3, Vector3};
+use understudy::scan::{Material, Mesh, Texture, TextureFormat};
+use understudy::view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera};
+
+fn main() {
+    match Gpu::headless() {
+        Ok(gpu) => println!("drawn by {}", gpu.adapter_name()),
+        Err(error) => println!("{error}"),
+    }
+    divan::main();
+}
+
+const TRIANGLES: [u32; 2] = [12_000, 50_000];
+
+#[bench(args = TRIANGLES)]
+fn unsmoothed(bencher: Bencher<'_, '_>, triangles: u32) {
+    picture(bencher, triangles, Smoothing::Off, Lighting::Lit);
+}
+
+#[bench(args = TRIANGLES)]
+fn edges(bencher: Bencher<'_, '_>, triangles: u32) {
+    picture(bencher, triangles, Smoothing::Edges, Lighting::Lit);
+}
+
+#[bench(args = TRIANGLES)]
+fn edges_clay(bencher: Bencher<'_, '_>, triangles: u32) {
+    picture(bencher, triangles, Smoothing::Edges, Lighting::Clay);
+}
+
+#[bench(args = TRIANGLES)]
+fn samples4(bencher: Bencher<'_, '_>, triangles: u32) {
+    picture(bencher, triangles, Smoothing::Samples4, Lighting::Lit);
+}
+
+fn picture(bencher: Bencher<'_, '_>, triangles: u32, smoothing: Smoothing, lighting: Lighting) {
+    let mesh = head(triangles);
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.cast::<f32>().into()).collect();
+    let normals: Vec<[f32; 3]> =
+        mesh.positions.iter().map(|p| p.coords.normalize().cast::<f32>().into()).collect();
+    let gpu = Gpu::headless().expect("an adapter");
+    let model = Model::upload(&gpu, &mesh).expect("a model");
+    let mut renderer = Renderer::new(&gpu, 1280, 720, smoothing).expect("a renderer");
+    let camera = ViewCamera::frame_bounds(Point3::origin(), 120.0, [1280, 720]).orbit(0.3, 0.1);
+    let look = Look::default().lit_by(lighting);
+    let mut out = Vec::new();
+    bencher.bench_local(|| {
+        renderer
+            .draw(&model, &positions, &normals, &Matrix4::identity(), &camera, &look)
+            .and_then(|()| renderer.read(&mut out))
+            .expect("a picture");
+        black_box(out.len())
+    });
+}
+
+/// An egg as high as a head, with a fine texture, about the given number of triangles.
+fn head(triangles: u32) -> Mesh {
+    let rings = f64::from(triangles / 4).sqrt() as u32;
+    let segments = 2 * rings;
+    let mut mesh = Mesh::default();
+    for i in 0..=rings {
+        for j in 0..=segments {
+            let (u, v) = (f64::from(j) / f64::from(segments), f64::from(i) / f64::from(rings));
+            let (polar, around) = (v * std::f64::consts::PI, u * std::f64::consts::TAU);
+            let [x, y, z] = [polar.sin() * around.sin(), polar.cos(), polar.sin() * around.cos()];
+            mesh.positions.push(Point3::from(Vector3::new(75.0 * x, 115.0 * y, 95.0 * z)));
+            mesh.uvs.push([u as f32, 1.0 - v as f32]);
+        }
+    }
+    for i in 0..rings {
+        for j in 0..segments {
+            let (a, b) = (i * (segments + 1) + j, (i + 1) * (segments + 1) + j);
+            mesh.triangles.extend([[a, b, a + 1], [a + 1, b, b + 1]]);
+        }
+    }
+    mesh.uv_triangles.clone_from(&mesh.triangles);
+    let image = RgbaImage::from_fn(2048, 2048, |x, y| {
+        let fine = ((x * 7 + y * 13) ^ (x * y / 64)) % 64;
+        Rgba([180 + fine as u8, 130 + fine as u8, 110 + fine as u8, 255])
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png).expect("an encoded texture");
+    let texture =
+        Texture { name: "skin.png".to_owned(), format: TextureFormat::Png, bytes: bytes.into_inner() };
+    let material =
+        Material { name: "skin".to_owned(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)) };
+    Mesh { materials: vec![material], ..mesh }
+}

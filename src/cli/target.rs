@@ -1,0 +1,43 @@
+//! The part of the command line that every command on a scan shares.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use understudy::{pipeline::{Target, TargetOptions}, scan::LengthUnit};
+
+/// How a scan is read.
+#[derive(Args)]
+pub struct ScanArgs {
+    /// The scan's unit: mm, cm, m or in; guessed from the distance of the eyes if not given
+    #[arg(long, value_parser = parse_unit)]
+    unit: Option<LengthUnit>,
+    /// The scan's landmarks: .json with 478, .pts or .ljson with 68 points; found by the networks if not given
+    #[arg(long, value_name = "FILE")]
+    landmarks: Option<PathBuf>,
+}
+
+impl ScanArgs {
+    pub fn options(&self) -> TargetOptions {
+        TargetOptions { unit: self.unit, landmarks: self.landmarks.clone() }
+    }
+}
+
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    LengthUnit::parse(text).ok_or_else(|| "write mm, cm, m or in".to_owned())
+}
+
+/// Says what was found on the scan.
+pub fn report(target: &Target) {
+    let (_, eyes) = target.centre_and_eyes();
+    let mesh = target.mesh();
+    println!(
+        "{}: {} vertices, {} triangles, {} of {} landmarks, eyes {eyes:.0} mm apart, unit {}{}",
+        target.scan.name,
+        mesh.positions.len(),
+        mesh.triangles.len(),
+        target.landmarks.iter().flatten().count(),
+        target.landmarks.len(),
+        target.unit,
+        if target.unit_guessed { " (guessed; --unit overrides)" } else { "" },
+    );
+}
