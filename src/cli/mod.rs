@@ -2,7 +2,9 @@
 
 mod assets;
 mod clip;
+mod landmark;
 mod progress;
+mod target;
 mod track;
 
 use std::{error::Error, io, process::ExitCode};
@@ -38,6 +40,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Track(track::Track),
+    Landmark(landmark::Landmark),
     Assets(assets::AssetsCommand),
 }
 
@@ -59,6 +62,7 @@ pub fn run() -> ExitCode {
         .init();
     let outcome = match cli.command {
         Command::Track(command) => command.run(cli.quiet),
+        Command::Landmark(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

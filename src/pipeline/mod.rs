@@ -2,6 +2,7 @@
 
 mod canonical;
 mod error;
+mod inspection;
 mod motion;
 mod motion_table;
 mod networks;
@@ -13,6 +14,7 @@ mod target;
 
 pub use canonical::read_canonical_face;
 pub use error::PipelineError;
+pub use inspection::inspection_picture;
 pub use motion::{Motion, MotionFrame, SolveOptions};
 pub use motion_table::{MotionTable, write_motion};
 pub use networks::Networks;

@@ -1,0 +1,60 @@
+//! A scan with its landmarks drawn on it, for a person to judge.
+
+use image::RgbaImage;
+use nalgebra::{Matrix4, Point3, Rotation3};
+
+use super::{PipelineError, Target, photographer::Photographer};
+use crate::{
+    scan::NormalSolver,
+    tracking::SKIN_LANDMARK_COUNT,
+    view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera, ViewError, beside, dot},
+};
+
+/// Pixels.
+const SIDE: u32 = 900;
+/// Degrees; the second picture is from the subject's left.
+const YAWS: [f64; 2] = [0.0, 35.0];
+/// Radius of the framed ball over the outer canthal distance.
+const FRAMING: f64 = 1.45;
+const SKIN: [u8; 4] = [80, 230, 120, 255];
+const IRIS: [u8; 4] = [90, 190, 255, 255];
+
+/// Two pictures of the target side by side, every landmark a dot.
+pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, PipelineError> {
+    let (centre, eyes) = target.centre_and_eyes();
+    let straight = ViewCamera {
+        viewport: [SIDE, SIDE],
+        ..Photographer::camera(centre, FRAMING * eyes, &Rotation3::identity())
+    };
+    let mesh = target.mesh();
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
+    let mut normals = vec![[0.0; 3]; positions.len()];
+    NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+    let model = Model::upload(gpu, mesh)?;
+    let mut renderer = Renderer::new(gpu, SIDE, SIDE, Smoothing::Samples4)?;
+    let mut pictures = Vec::new();
+    for yaw in YAWS {
+        let camera = straight.orbit(f64::to_radians(yaw), 0.0);
+        let mut rgba = Vec::new();
+        renderer.draw(&model, &positions, &normals, &Matrix4::identity(), &camera, &Look::default())?;
+        renderer.read(&mut rgba)?;
+        let mut picture = RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or(ViewError::Size {
+            width: SIDE,
+            height: SIDE,
+            reason: "the picture came back in another size".into(),
+        })?;
+        for (i, landmark) in target.landmarks.iter().enumerate() {
+            if let Some(pixel) = landmark.filter(|p| is_seen(target, &camera, p)).and_then(|p| camera.project(p)) {
+                dot(&mut picture, pixel, 1.8, if i < SKIN_LANDMARK_COUNT { SKIN } else { IRIS });
+            }
+        }
+        pictures.push(picture);
+    }
+    Ok(beside(&pictures[0], &pictures[1]))
+}
+
+/// Whether nothing stands between the camera and a point of the surface.
+fn is_seen(target: &Target, camera: &ViewCamera, point: &Point3<f64>) -> bool {
+    let hit = target.surface.cast(camera.eye, point - camera.eye);
+    hit.is_some_and(|hit| (hit.position - point).norm() < 1.0)
+}
