@@ -61,7 +61,7 @@ pub fn compress(
         return Ok(MorphBasis { shapes: Vec::new(), weights, rms: 0.0, worst_frame_rms: 0.0 });
     }
     let motion = Motion::new(gram, frames);
-    let (energy, directions) =
+    let Spectrum { energy, vectors, spread } =
         if frames.len() <= 3 * gram.nrows() { motion.by_frames()? } else { motion.by_controls()? };
     // Eigenvalues say where to cut; what counts is the residual itself, measured after the cut.
     let allowed = tolerance * tolerance * frames.len() as f64;
@@ -72,7 +72,10 @@ pub fn compress(
         wanted -= 1;
     }
     let mut kept = Truncation::new(&motion);
-    let mut directions = directions.into_iter();
+    let mut directions = vectors.column_iter().map(|vector| match &spread {
+        Some(spread) => spread * vector,
+        None => vector.into_owned(),
+    });
     for direction in directions.by_ref().take(wanted) {
         kept.extend(direction);
     }
@@ -120,8 +123,13 @@ fn check(gram: &DMatrix<f64>, frames: &[MatrixXx3<f64>], tolerance: f64) -> Resu
     Ok(())
 }
 
-/// Eigenvalues, descending, and for each a direction over the T frames.
-type Spectrum = (Vec<f64>, Vec<DVector<f64>>);
+/// Energies, descending, and for each a column of `vectors` that, multiplied by `spread`, is its direction over the T
+/// frames. Few are wanted of many: the product waits until then.
+struct Spectrum {
+    energy: Vec<f64>,
+    vectors: DMatrix<f64>,
+    spread: Option<DMatrix<f64>>,
+}
 
 struct Motion<'a> {
     gram: &'a DMatrix<f64>,
@@ -158,8 +166,8 @@ impl<'a> Motion<'a> {
         for (at, axis) in self.axes.iter().enumerate() {
             whitened.columns_mut(at * controls, controls).copy_from(&(axis * &root));
         }
-        let (energy, directions) = descending(whitened.transpose() * &whitened)?;
-        Ok((energy, directions.into_iter().map(|direction| &whitened * direction).collect()))
+        let spectrum = descending(whitened.transpose() * &whitened)?;
+        Ok(Spectrum { spread: Some(whitened), ..spectrum })
     }
 
     /// Root mean square vertex error over all frames, and in the worst one, for residuals like `axes`.
@@ -189,7 +197,7 @@ fn descending(products: DMatrix<f64>) -> Result<Spectrum, MorphBasisError> {
     let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let energy = order.iter().map(|&at| eigen.eigenvalues[at]).collect();
-    Ok((energy, order.iter().map(|&at| eigen.eigenvectors.column(at).into_owned()).collect()))
+    Ok(Spectrum { energy, vectors: eigen.eigenvectors.select_columns(&order), spread: None })
 }
 
 /// Orthonormal directions over the frames, and what of the motion they leave.
