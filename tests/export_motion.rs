@@ -1,5 +1,8 @@
 //! Point caches and motion tables, read back.
 
+// What was written comes back exactly, and a helper that cannot go on ends its test.
+#![allow(clippy::float_cmp, clippy::panic, clippy::unwrap_used)]
+
 use std::fs;
 use std::process::Command;
 
@@ -94,7 +97,7 @@ fn row(frame: u64, landmarks: &[[f64; 3]]) -> MotionRow<'_> {
         confidence: 0.987_65,
         success: true,
         translation: [-12.345_67, 3.0, 600.123_4],
-        rotation: [0.123_456_7, -1.0, std::f64::consts::PI],
+        rotation: [0.123_456_7, -1.0, 2.999_999_9],
         landmarks,
         state: "tracking",
     }
@@ -117,7 +120,7 @@ fn a_motion_table_comes_back_to_the_printed_decimals() {
         assert_eq!(record.timestamp, RATE.tick(frame - 1), "exact to the nanosecond");
         assert!((record.confidence - 0.987_65).abs() <= 0.000_05);
         assert_eq!(record.translation, [-12.346, 3.0, 600.123]);
-        assert_eq!(record.rotation, [0.123_457, -1.0, 3.141_593]);
+        assert_eq!(record.rotation, [0.123_457, -1.0, 3.0]);
         for (got, wanted) in record.landmarks.as_flattened().iter().zip(landmarks(frame).as_flattened()) {
             assert_eq!(*got, printed(*wanted, 3));
         }
