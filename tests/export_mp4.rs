@@ -1,5 +1,8 @@
 //! Videos written through ffmpeg, probed with ffprobe.
 
+// What was written comes back exactly, and a helper that cannot go on ends its test.
+#![allow(clippy::float_cmp, clippy::panic, clippy::unwrap_used)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -49,8 +52,9 @@ fn settings(width: u32, height: u32) -> Mp4Settings {
     Mp4Settings::new(width, height, NTSC)
 }
 
-fn sound(clip: PathBuf) -> Option<Sound> {
-    Some(Sound { clip, start: Timestamp(0) })
+fn sounding(clip: PathBuf) -> Mp4Settings {
+    let sound = Some(Sound { clip, start: Timestamp(0) });
+    Mp4Settings { sound, ..settings(64, 48) }
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -103,7 +107,7 @@ fn sound_is_copied_where_it_fits_and_cut_to_the_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let clip = clip(folder.path(), "clip.mp4", &["-c:a", "aac"]);
     let path = folder.path().join("out.mp4");
-    write(&path, Mp4Settings { sound: sound(clip), ..settings(64, 48) }, 60).unwrap();
+    write(&path, sounding(clip), 60).unwrap();
     assert_eq!(probe(&path, "v", "stream=r_frame_rate,nb_read_packets"), "30000/1001,60");
     assert_eq!(probe(&path, "a", "stream=codec_name"), "aac");
     let seconds: f64 = probe(&path, "a", "stream=duration").parse().unwrap();
@@ -116,7 +120,7 @@ fn pictures_are_never_cut_to_a_shorter_sound() {
     let folder = tempfile::tempdir().unwrap();
     let clip = clip(folder.path(), "clip.mp4", &["-c:a", "aac"]);
     let path = folder.path().join("out.mp4");
-    write(&path, Mp4Settings { sound: sound(clip), ..settings(64, 48) }, 150).unwrap();
+    write(&path, sounding(clip), 150).unwrap();
     assert_eq!(probe(&path, "v", "stream=nb_read_packets"), "150");
 }
 
@@ -126,7 +130,7 @@ fn sound_that_does_not_fit_mp4_becomes_aac() {
     for (name, codec) in [("pcm.mkv", "pcm_s16le"), ("vorbis.mkv", "libvorbis")] {
         let clip = clip(folder.path(), name, &["-c:a", codec]);
         let path = folder.path().join("out.mp4");
-        write(&path, Mp4Settings { sound: sound(clip), ..settings(64, 48) }, 30).unwrap();
+        write(&path, sounding(clip), 30).unwrap();
         assert_eq!(probe(&path, "a", "stream=codec_name"), "aac", "{name}");
         assert_eq!(probe(&path, "v", "stream=nb_read_packets"), "30", "{name}");
     }
@@ -137,7 +141,7 @@ fn a_clip_without_sound_gives_a_silent_video() {
     let folder = tempfile::tempdir().unwrap();
     let clip = clip(folder.path(), "clip.mp4", &["-an"]);
     let path = folder.path().join("out.mp4");
-    write(&path, Mp4Settings { sound: sound(clip), ..settings(64, 48) }, 10).unwrap();
+    write(&path, sounding(clip), 10).unwrap();
     assert_eq!(probe(&path, "a", "stream=codec_name"), "");
 }
 
@@ -188,7 +192,7 @@ fn a_missing_program_a_missing_clip_and_a_missing_folder_say_what_to_do() {
     assert!(matches!(error, ExportError::ProgramMissing { .. }));
     assert!(error.to_string().contains("apt-get install ffmpeg"), "{error}");
     let clip = folder.path().join("none.mp4");
-    let error = Mp4Writer::create(&path, Mp4Settings { sound: sound(clip), ..settings(64, 48) }).unwrap_err();
+    let error = Mp4Writer::create(&path, sounding(clip)).unwrap_err();
     assert!(error.to_string().contains("none.mp4"), "{error}");
     let error = Mp4Writer::create(&folder.path().join("no/out.mp4"), settings(64, 48)).unwrap_err();
     assert!(error.to_string().contains("Create the folder"), "{error}");
@@ -201,10 +205,13 @@ fn a_dead_encoder_is_an_error_with_its_last_words() {
     let path = folder.path().join("out.mp4");
     fs::write(&path, b"old").unwrap();
     let fake = folder.path().join("dying");
-    fs::write(&fake, "#!/bin/sh\nhead -c 100000 >/dev/null\necho 'first line' >&2\necho 'No space left on device' >&2\nexit 3\n").unwrap();
-    run("chmod", &["+x", fake.to_str().unwrap()]);
+    // Written by another process: a file that this one has open for writing may not be run yet.
+    let script = "printf '#!/bin/sh\nhead -c 100000 >/dev/null\necho first line >&2\n\
+                  echo No space left on device >&2\nexit 3\n' > \"$0\" && chmod +x \"$0\"";
+    run("sh", &["-c", script, fake.to_str().unwrap()]);
     let mut writer = Mp4Writer::create(&path, Mp4Settings { ffmpeg: fake, ..settings(640, 480) }).unwrap();
-    let error = (0..100).find_map(|_| writer.write_picture(&[9; 640 * 480 * 4]).err()).unwrap().to_string();
+    let rgba = vec![9; 640 * 480 * 4];
+    let error = (0..100).find_map(|_| writer.write_picture(&rgba).err()).unwrap().to_string();
     assert!(error.contains("exit status: 3") && error.contains("first line / No space"), "{error}");
     assert!(error.contains("free some space"), "{error}");
     drop(writer);

@@ -190,7 +190,9 @@ mod tests {
         let records = parse(OPENFACE).unwrap();
         assert_eq!(records.len(), 1);
         assert_eq!(records[0].timestamp, Timestamp(33_000_000));
-        assert_eq!(records[0].rotation, [0.1, 0.2, 0.3]);
+        assert!(
+            records[0].rotation.iter().zip([0.1, 0.2, 0.3]).all(|(got, wanted)| (got - wanted).abs() < 1e-15)
+        );
         assert_eq!(records[0].landmarks[1][..2], [11.0, 21.0]);
         assert!(records[0].landmarks[1][2].is_nan() && records[0].state.is_empty());
     }

@@ -146,7 +146,7 @@ mod tests {
         let path = folder.path().join("out.bin");
         fs::write(&path, b"old").unwrap();
         let mut draft = Draft::create(&path).unwrap();
-        draft.append(&[1; 1_000_000]).unwrap();
+        draft.append(&vec![1; 1_000_000]).unwrap();
         drop(draft);
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["out.bin"]);

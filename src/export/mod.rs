@@ -19,6 +19,7 @@ mod glb;
 mod glb_buffer;
 mod glb_motion;
 mod glb_surface;
+mod morph_basis;
 mod mp4;
 mod mp4_program;
 mod pc2;
@@ -29,5 +30,6 @@ pub use draft::Draft;
 pub use error::ExportError;
 
 pub use glb::{GlbAvatar, HeadKey, MorphTarget, write_glb};
+pub use morph_basis::{MorphBasis, MorphBasisError, compress};
 pub use mp4::{Mp4Settings, Mp4Writer, Sound};
 pub use pc2::{Pc2Reader, Pc2Writer};
