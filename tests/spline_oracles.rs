@@ -1,5 +1,7 @@
 //! Splines against VTK, SciPy and Kornia: `reference/spline_reference.py` says how the numbers were made.
 
+#![allow(clippy::unwrap_used, reason = "a reference file that does not parse must fail the test")]
+
 use nalgebra::{Point, SVector};
 use serde_json::Value;
 use understudy::spline::{Kernel, Options, Regularisation, Spline};

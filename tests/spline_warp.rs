@@ -146,6 +146,8 @@ fn refusals_name_the_list() {
     assert!(out.iter().flatten().all(|c| *c > 3.9));
     assert!(warp.column(10).is_empty());
 
+    let far = build(&controls, &[], &[controls[0], Point3::new(0.0, 0.0, 1e200)]);
+    assert_eq!(far, Err(SplineError::NotFinite { input: Input::Entry, index: 1 }));
     let found = Warp::from_columns(3, 2, |j, column| column[2] = if j == 1 { f32::NAN } else { 0.0 });
     assert_eq!(found, Err(SplineError::NotFinite { input: Input::Entry, index: 5 }));
 }
