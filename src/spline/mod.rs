@@ -30,6 +30,7 @@ mod error;
 mod fit;
 mod kernel;
 mod options;
+mod product;
 mod unit_box;
 mod warp;
 

@@ -6,8 +6,8 @@ use super::{Input, SplineError};
 
 /// Maps points so that the bounding box of the centres is centred on the origin with longest side 1.
 ///
-/// One scale for all axes: the kernels stay radial. Measured on 110 controls a metre off the origin, in millimetres,
-/// it takes the condition number of the r³ system from 5e16 to 2e5.
+/// One scale for all axes: the kernels stay radial. On 110 controls a metre off the origin, in millimetres, it takes
+/// the condition number of the r³ system from 8e16 to 2e5.
 #[derive(Clone, Debug)]
 pub(super) struct UnitBox<const D: usize> {
     centre: SVector<f64, D>,

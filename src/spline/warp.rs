@@ -2,14 +2,9 @@
 
 use nalgebra::{DMatrix, Point3};
 
+use super::product::multiply;
 use super::unit_box::require_finite;
 use super::{Factored, Input, Kernel, Options, SplineError};
-
-/// Vertices worked on at once in [`Warp::apply`]: three f32 accumulators of this length stay in the first-level cache.
-const BLOCK: usize = 1024;
-
-/// Controls added in one pass over a block, so that the accumulators are read and written a quarter as often.
-const UNROLL: usize = 4;
 
 /// Vertices worked on at once while building: eight pairs of f64 are what the baseline's registers hold.
 const TILE: usize = 16;
@@ -33,8 +28,8 @@ impl Warp {
     /// Time and memory go with points × controls.
     ///
     /// # Errors
-    /// As [`Factored::new`], with centres counted through the controls and then the anchors; or a point that is not
-    /// finite.
+    /// As [`Factored::new`], with centres counted through the controls and then the anchors; a point that is not
+    /// finite; or one so far off that a share overflows f32, named by its entry as in [`Warp::from_columns`].
     pub fn new(
         kernel: Kernel,
         controls: &[Point3<f64>],
@@ -68,7 +63,7 @@ impl Warp {
                 }
             }
         }
-        Ok(Self { vertices, controls: controls.len(), shares })
+        Self::checked(vertices, controls.len(), shares)
     }
 
     /// A warp built in another way: `fill(j, column)` writes control j's share for every vertex into `column`, which
@@ -105,7 +100,11 @@ impl Warp {
                 fill(j, column);
             }
         }
-        match shares.iter().position(|share: &f32| !share.is_finite()) {
+        Self::checked(vertices, controls, shares)
+    }
+
+    fn checked(vertices: usize, controls: usize, shares: Vec<f32>) -> Result<Self, SplineError> {
+        match shares.iter().position(|share| !share.is_finite()) {
             Some(index) => Err(SplineError::NotFinite { input: Input::Entry, index }),
             None => Ok(Self { vertices, controls, shares }),
         }
@@ -143,27 +142,7 @@ impl Warp {
         if out.len() != self.vertices {
             return Err(count(Input::Output, self.vertices, out.len()));
         }
-        let mut sums = [[0.0_f32; BLOCK]; 3];
-        for (block, out) in out.chunks_mut(BLOCK).enumerate() {
-            let start = block * BLOCK;
-            let [x, y, z] = &mut sums;
-            let (x, y, z) = (&mut x[..out.len()], &mut y[..out.len()], &mut z[..out.len()]);
-            x.fill(0.0);
-            y.fill(0.0);
-            z.fill(0.0);
-            let column = |j: usize| &self.shares[j * self.vertices + start..][..out.len()];
-            let (quads, rest) = displacements.as_chunks::<UNROLL>();
-            for (quad, q) in quads.iter().enumerate() {
-                let j = quad * UNROLL;
-                add_four([column(j), column(j + 1), column(j + 2), column(j + 3)], q, x, y, z);
-            }
-            for (k, q) in rest.iter().enumerate() {
-                add_one(column(quads.len() * UNROLL + k), *q, x, y, z);
-            }
-            for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
-                *out = [*x, *y, *z];
-            }
-        }
+        multiply(&self.shares, displacements, out);
         Ok(())
     }
 
@@ -180,26 +159,6 @@ impl Warp {
             }
         }
         gram
-    }
-}
-
-/// Adds four controls' displacements to a block, in order.
-fn add_four(columns: [&[f32]; UNROLL], q: &[[f32; 3]; UNROLL], x: &mut [f32], y: &mut [f32], z: &mut [f32]) {
-    let [a, b, c, d] = columns;
-    let columns = a.iter().zip(b).zip(c).zip(d);
-    for ((((((a, b), c), d), x), y), z) in columns.zip(x).zip(y).zip(z) {
-        *x = *x + a * q[0][0] + b * q[1][0] + c * q[2][0] + d * q[3][0];
-        *y = *y + a * q[0][1] + b * q[1][1] + c * q[2][1] + d * q[3][1];
-        *z = *z + a * q[0][2] + b * q[1][2] + c * q[2][2] + d * q[3][2];
-    }
-}
-
-/// Adds one control's displacement to a block.
-fn add_one(column: &[f32], q: [f32; 3], x: &mut [f32], y: &mut [f32], z: &mut [f32]) {
-    for (((share, x), y), z) in column.iter().zip(x).zip(y).zip(z) {
-        *x += share * q[0];
-        *y += share * q[1];
-        *z += share * q[2];
     }
 }
 
