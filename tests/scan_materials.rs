@@ -1,5 +1,8 @@
 //! Textures and material files beside a mesh: found, missing, or not what they should be.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::float_cmp, reason = "values pass through unchanged")]
+
 use std::path::Path;
 
 use understudy::scan::{Mesh, TextureFormat, read_mesh};

@@ -176,6 +176,7 @@ fn texture_name(value: &str) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 

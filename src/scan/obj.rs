@@ -241,6 +241,7 @@ fn shown(word: &[u8]) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 
