@@ -1,5 +1,8 @@
 //! The same cube through every reader, and what readers do with files that are not what they should be.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::float_cmp, reason = "values pass through unchanged")]
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -240,6 +243,10 @@ fn gltf_trees_that_are_none() {
         let error = parse(&glb_of(&gltf_json(node, "", ""), &gltf_bin()), MeshFormat::Gltf).unwrap_err();
         assert!(error.to_string().to_lowercase().contains(wanted), "{error}");
     }
+    // gltf-json 1.4.1 panics in its own validation when POSITION leads nowhere.
+    let astray = gltf_json("", "", "").replace("\"POSITION\":0", "\"POSITION\":2");
+    let error = parse(&glb_of(&astray, &gltf_bin()), MeshFormat::Gltf).unwrap_err();
+    assert!(error.to_string().contains("accessor 2"), "{error}");
     let points = parse(&glb_of(&gltf_json("", ",\"mode\":0", ""), &gltf_bin()), MeshFormat::Gltf);
     assert!(points.unwrap_err().to_string().contains("has 0 vertices"));
     let short = parse(&glb_of(&gltf_json("", "", ""), &gltf_bin()[..100]), MeshFormat::Gltf);
@@ -334,7 +341,9 @@ proptest! {
     fn corrupt_digits_never_panic(which in 0..8_usize, at in any::<proptest::sample::Index>(), digit in b'0'..=b'9') {
         let (_, format, mut bytes) = every_file().swap_remove(which);
         let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
-        bytes[digits[at.index(digits.len())]] = digit;
+        if !digits.is_empty() {
+            bytes[digits[at.index(digits.len())]] = digit;
+        }
         prop_assert!(holds(parse(&bytes, format)));
     }
 }

@@ -1,5 +1,8 @@
 //! Nearest points and ray casts against closed forms and against looking at every triangle.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::float_cmp, reason = "values pass through unchanged")]
+
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use understudy::scan::{Anchor, Mesh, Surface, vertex_normals};

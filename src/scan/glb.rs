@@ -21,12 +21,15 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
     if bytes.starts_with(b"glTF") {
         check_glb_length(bytes)?;
     }
-    let gltf = gltf::Gltf::from_slice(bytes).map_err(|error| parse_fault(&error))?;
+    let gltf = gltf::Gltf::from_slice_without_validation(bytes).map_err(|error| parse_fault(&error))?;
+    let root = gltf.document.into_json();
+    check_attributes(&root)?;
+    let document = gltf::Document::from_json(root).map_err(|error| parse_fault(&error))?;
     let mut reader = SceneReader {
-        buffers: Buffers::load(&gltf.document, gltf.blob, path)?,
-        document: &gltf.document,
+        buffers: Buffers::load(&document, gltf.blob, path)?,
+        document: &document,
         mesh: Mesh::default(),
-        material_places: Vec::new(),
+        material_places: vec![None; document.materials().len() + 1],
         has_uvs: false,
         passed_over: [0; 3],
     };
@@ -41,6 +44,19 @@ fn check_glb_length(bytes: &[u8]) -> Result<(), Fault> {
         Some(length) if length >= 12 && length as usize <= bytes.len() => Ok(()),
         Some(length) => Err(Fault::corrupt(format!("it announces {length} bytes and has {}", bytes.len()))),
         None => Err(Fault::corrupt(format!("{} bytes are too few for a GLB header", bytes.len()))),
+    }
+}
+
+/// The crate's validation follows a primitive's POSITION before it has checked that it leads anywhere.
+fn check_attributes(root: &json::Root) -> Result<(), Fault> {
+    let count = root.accessors.len();
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    match primitives.flat_map(|p| p.attributes.values()).find(|index| index.value() >= count) {
+        Some(index) => Err(Fault::corrupt(format!(
+            "a primitive refers to accessor {}, but there are only {count}",
+            index.value()
+        ))),
+        None => Ok(()),
     }
 }
 
@@ -63,8 +79,8 @@ struct SceneReader<'a> {
     document: &'a gltf::Document,
     buffers: Buffers,
     mesh: Mesh,
-    /// For each entry of `mesh.materials`, the file's material; `None` is glTF's default.
-    material_places: Vec<Option<usize>>,
+    /// For each of the file's materials, and last for glTF's default, its place in `mesh.materials` once used.
+    material_places: Vec<Option<u32>>,
     has_uvs: bool,
     /// Primitives without triangles, skins, primitives with morph targets.
     passed_over: [usize; 3],
@@ -186,22 +202,23 @@ impl SceneReader<'_> {
     }
 
     fn material(&mut self, material: &gltf::Material) -> u32 {
-        let index = material.index();
-        if let Some(place) = self.material_places.iter().position(|m| *m == index) {
-            return place as u32;
+        let slot = material.index().unwrap_or(self.material_places.len() - 1);
+        if let Some(place) = self.material_places[slot] {
+            return place;
         }
         let pbr = material.pbr_metallic_roughness();
         let texture = pbr
             .base_color_texture()
             .and_then(|info| self.document.as_json().textures.get(info.texture().index()))
             .and_then(|texture| self.buffers.image(self.document, texture.source.value()));
-        self.material_places.push(index);
+        let place = self.mesh.materials.len() as u32;
+        self.material_places[slot] = Some(place);
         self.mesh.materials.push(Material {
             name: material.name().unwrap_or("default").to_owned(),
             base_colour: pbr.base_color_factor(),
             texture,
         });
-        self.mesh.materials.len() as u32 - 1
+        place
     }
 
     fn finish(self, path: &Path) -> Mesh {
@@ -268,6 +285,7 @@ fn srgb_from_linear(c: f32) -> f32 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 

@@ -10,6 +10,9 @@ use super::texture::{folder_of, locate};
 /// A material file larger than this many bytes is left out.
 const MAX_MTL_BYTES: u64 = 16 << 20;
 
+/// An OBJ that names more materials than this is refused, and a material file's later ones are passed over.
+pub(super) const MAX_MATERIALS: usize = 10_000;
+
 /// An OBJ's materials and where its names lead.
 pub(super) struct Resolved {
     /// In the order of the MTL, then the names that no MTL defines, then the default.
@@ -105,7 +108,11 @@ fn parse_library(bytes: &[u8], file: &Path, materials: &mut Vec<Material>) {
     };
     let folder = folder_of(file);
     let mut textures: Vec<(String, Option<Arc<Texture>>)> = Vec::new();
-    for material in loaded {
+    let room = MAX_MATERIALS.saturating_sub(materials.len());
+    if loaded.len() > room {
+        tracing::warn!(mtl = %file.display(), found = loaded.len(), "passed over all but {room} materials");
+    }
+    for material in loaded.into_iter().take(room) {
         let texture = material.diffuse_texture.as_deref().and_then(|value| {
             let name = texture_name(value);
             if let Some((_, known)) = textures.iter().find(|(n, _)| *n == name) {
@@ -115,10 +122,10 @@ fn parse_library(bytes: &[u8], file: &Path, materials: &mut Vec<Material>) {
             textures.push((name, texture.clone()));
             texture
         });
-        // Exporters write a black Kd beside a texture; a factor of 0 would hide the picture.
+        // Exporters write a grey or black Kd beside a texture without meaning to darken it.
         let [r, g, b] = match (material.diffuse, &texture) {
-            (Some([0.0, 0.0, 0.0]) | None, Some(_)) => [1.0; 3],
-            (Some(kd), _) => kd.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.5 }),
+            (_, Some(_)) => [1.0; 3],
+            (Some(kd), None) => kd.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.5 }),
             (None, None) => [0.5; 3],
         };
         materials.push(Material { name: material.name, base_colour: [r, g, b, 1.0], texture });
@@ -169,6 +176,7 @@ fn texture_name(value: &str) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 

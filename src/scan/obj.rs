@@ -18,6 +18,9 @@ use super::validate::{MAX_TRIANGLES, MAX_VERTICES, check_count};
 /// Stands for a face corner without texture coordinate until the file is read.
 const NO_UV: u32 = u32::MAX;
 
+/// More `mtllib` names than this are refused.
+const MAX_LIBRARIES: usize = 100;
+
 const DECIMAL_POINT: &str = "Export the file again, with a point as the decimal mark";
 
 /// Reads an OBJ; `path` leads to its material file and textures.
@@ -73,14 +76,8 @@ impl Reader {
             b"v" => self.vertex(words),
             b"vt" => self.texture_coordinate(words),
             b"f" => self.face(words),
-            b"usemtl" => {
-                self.use_material(rest(line, keyword));
-                Ok(())
-            }
-            b"mtllib" => {
-                self.libraries.push(rest(line, keyword));
-                Ok(())
-            }
+            b"usemtl" => self.use_material(rest(line, keyword)),
+            b"mtllib" => self.use_library(rest(line, keyword)),
             _ => Ok(()),
         }
     }
@@ -147,13 +144,22 @@ impl Reader {
         Ok(())
     }
 
-    fn use_material(&mut self, name: String) {
-        let place = self.materials.iter().position(|m| *m == name).unwrap_or_else(|| {
-            // The first name given also takes the place of the triangles before it, until `finish` parts them.
+    fn use_material(&mut self, name: String) -> Result<(), Fault> {
+        let place = self.materials.iter().rposition(|m| *m == name).unwrap_or(self.materials.len());
+        if place == self.materials.len() {
+            check_count("materials", place + 1, mtl::MAX_MATERIALS)?;
             self.materials.push(name);
-            self.materials.len() - 1
-        });
+        }
         self.current = Some(place as u32);
+        Ok(())
+    }
+
+    fn use_library(&mut self, name: String) -> Result<(), Fault> {
+        if !self.libraries.contains(&name) {
+            check_count("material files", self.libraries.len() + 1, MAX_LIBRARIES)?;
+            self.libraries.push(name);
+        }
+        Ok(())
     }
 
     fn finish(mut self, path: &Path) -> Mesh {
@@ -235,6 +241,7 @@ fn shown(word: &[u8]) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 

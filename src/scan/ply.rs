@@ -287,6 +287,7 @@ fn indices(value: Property) -> Option<Vec<i64>> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "values pass through unchanged")]
 mod tests {
     use super::*;
 

@@ -9,10 +9,20 @@ use std::fmt;
 const FACE_HEIGHT: (f64, f64) = (150.0, 300.0);
 /// The distance of the outer eye corners (exocanthion to exocanthion) of an adult, in millimetres.
 const OUTER_CANTHAL: f64 = 90.0;
+/// The units that a distance between landmarks is held against.
+const GUESSED: [LengthUnit; 5] = [
+    LengthUnit::Micrometre,
+    LengthUnit::Millimetre,
+    LengthUnit::Centimetre,
+    LengthUnit::Inch,
+    LengthUnit::Metre,
+];
 
 /// A unit of length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LengthUnit {
+    /// 0.001 mm; averaged faces come in it.
+    Micrometre,
     /// 1 mm, the unit of the scan frame.
     Millimetre,
     /// 10 mm.
@@ -29,6 +39,7 @@ impl LengthUnit {
     /// How many millimetres one such unit is.
     pub fn millimetres_per_unit(self) -> f64 {
         match self {
+            Self::Micrometre => 0.001,
             Self::Millimetre => 1.0,
             Self::Centimetre => 10.0,
             Self::Inch => 25.4,
@@ -37,9 +48,10 @@ impl LengthUnit {
         }
     }
 
-    /// The unit that `text` names: `mm`, `cm`, `m`, `in`, or a number of millimetres.
+    /// The unit that `text` names: `um`, `mm`, `cm`, `m`, `in`, or a number of millimetres.
     pub fn parse(text: &str) -> Option<Self> {
         match text.trim().to_ascii_lowercase().as_str() {
+            "um" => Some(Self::Micrometre),
             "mm" => Some(Self::Millimetre),
             "cm" => Some(Self::Centimetre),
             "m" => Some(Self::Metre),
@@ -52,6 +64,7 @@ impl LengthUnit {
 impl fmt::Display for LengthUnit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Micrometre => f.write_str("micrometres"),
             Self::Millimetre => f.write_str("millimetres"),
             Self::Centimetre => f.write_str("centimetres"),
             Self::Inch => f.write_str("inches"),
@@ -62,28 +75,26 @@ impl fmt::Display for LengthUnit {
 }
 
 /// Guesses the unit from the height of the face, chin to hairline, in the file's own unit: 0.15 to 0.30 means
-/// metres, 15 to 30 centimetres, 150 to 300 millimetres. `None` for anything else: then the user must say it, or a
+/// metres, 15 to 30 centimetres, 150 to 300 millimetres, 150,000 to 300,000 micrometres. `None` for anything else: then the user must say it, or a
 /// landmark distance decide ([`guess_from_outer_canthal_distance`]).
 pub fn guess_unit(face_height: f64) -> Option<LengthUnit> {
     let (least, most) = FACE_HEIGHT;
-    [LengthUnit::Millimetre, LengthUnit::Centimetre, LengthUnit::Metre]
+    [LengthUnit::Micrometre, LengthUnit::Millimetre, LengthUnit::Centimetre, LengthUnit::Metre]
         .into_iter()
         .find(|unit| (least..=most).contains(&(face_height * unit.millimetres_per_unit())))
 }
 
 /// Guesses the unit from the distance of the outer eye corners in the file's own unit.
 ///
-/// In people it is 75 to 110 mm. The unit among millimetre, centimetre, inch and metre that brings it closest to
-/// 90 mm, on a logarithmic scale, is taken: so a cartoon's wide-set eyes still find one. `None` only for a distance
-/// that is not positive and finite.
+/// In people it is 75 to 110 mm. The unit among micrometre, millimetre, centimetre, inch and metre that brings it
+/// closest to 90 mm, on a logarithmic scale, is taken: so a cartoon's wide-set eyes still find one. `None` only for
+/// a distance that is not positive and finite.
 pub fn guess_from_outer_canthal_distance(distance: f64) -> Option<LengthUnit> {
     if !(distance.is_normal() && distance > 0.0) {
         return None;
     }
     let off = |unit: &LengthUnit| (distance.ln() + (unit.millimetres_per_unit() / OUTER_CANTHAL).ln()).abs();
-    [LengthUnit::Millimetre, LengthUnit::Centimetre, LengthUnit::Inch, LengthUnit::Metre]
-        .into_iter()
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
+    GUESSED.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 #[cfg(test)]
@@ -96,6 +107,7 @@ mod tests {
         assert_eq!(guess_unit(21.0), Some(LengthUnit::Centimetre));
         assert_eq!(guess_unit(150.0), Some(LengthUnit::Millimetre));
         assert_eq!(guess_unit(300.0), Some(LengthUnit::Millimetre));
+        assert_eq!(guess_unit(210_724.0), Some(LengthUnit::Micrometre));
         for odd in [1.0, 8.0, 2000.0, 0.0, -200.0, f64::NAN, f64::INFINITY] {
             assert_eq!(guess_unit(odd), None, "{odd}");
         }
@@ -104,8 +116,7 @@ mod tests {
     #[test]
     fn every_human_eye_distance_finds_its_unit() {
         for mm in [75.0, 82.0, 90.0, 100.0, 110.0] {
-            for unit in [LengthUnit::Millimetre, LengthUnit::Centimetre, LengthUnit::Inch, LengthUnit::Metre]
-            {
+            for unit in GUESSED {
                 let own = mm / unit.millimetres_per_unit();
                 assert_eq!(guess_from_outer_canthal_distance(own), Some(unit), "{mm} mm in {unit}");
             }
