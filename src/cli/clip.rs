@@ -5,10 +5,10 @@ use std::{error::Error, path::PathBuf};
 use clap::{Args, ValueEnum};
 use understudy::{
     assets::Assets,
-    capture::{self, FrameRate},
+    capture::{self, CaptureError, FrameRate, FrameSource},
     head::Camera,
     lift::Smoothing,
-    pipeline::{Motion, Networks, Performance, SolveOptions, Stopwatch, read_canonical_face},
+    pipeline::{Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, read_canonical_face},
     tracking::TrackerOptions,
 };
 

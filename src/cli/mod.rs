@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod animate;
 mod assets;
 mod clip;
 mod landmark;
@@ -39,7 +40,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Track(track::Track),
+    Animate(Box<animate::Animate>),
+    Track(Box<track::Track>),
     Landmark(landmark::Landmark),
     Assets(assets::AssetsCommand),
 }
@@ -61,6 +63,7 @@ pub fn run() -> ExitCode {
         .with_target(false)
         .init();
     let outcome = match cli.command {
+        Command::Animate(command) => command.run(cli.quiet),
         Command::Track(command) => command.run(cli.quiet),
         Command::Landmark(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),

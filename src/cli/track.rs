@@ -32,8 +32,10 @@ pub struct Track {
 
 impl Track {
     pub fn run(&self, quiet: bool) -> Outcome {
+        drop(self.clip.open()?);
         let assets = Assets::locate()?;
-        let mut take = self.clip.solve(&assets, quiet)?;
+        let networks = self.clip.networks(&assets)?;
+        let mut take = self.clip.solve(&assets, networks, quiet)?;
         let raw = self.raw.then_some(&take.performance);
         take.watch.time("write", || write_motion(&self.output, &take.motion, raw))?;
         if !quiet {

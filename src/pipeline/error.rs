@@ -1,7 +1,7 @@
 //! Every error of the stages, for those who join them.
 
 use crate::{
-    assets::AssetError, capture::CaptureError, export::ExportError, lift::LiftError, rig::RigError,
+    assets::AssetError, capture::CaptureError, export::{ExportError, MorphBasisError}, lift::LiftError, rig::RigError,
     scan::ScanError, spline::SplineError, tracking::TrackingError, view::ViewError,
 };
 
@@ -32,6 +32,9 @@ pub enum PipelineError {
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
+    /// Compression to morph targets.
+    #[error(transparent)]
+    MorphBasis(#[from] MorphBasisError),
     /// Pictures.
     #[error(transparent)]
     View(#[from] ViewError),

@@ -22,10 +22,7 @@ const IRIS: [u8; 4] = [90, 190, 255, 255];
 /// Two pictures of the target side by side, every landmark a dot.
 pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, PipelineError> {
     let (centre, eyes) = target.centre_and_eyes();
-    let straight = ViewCamera {
-        viewport: [SIDE, SIDE],
-        ..Photographer::camera(centre, FRAMING * eyes, &Rotation3::identity())
-    };
+    let straight = Photographer::camera(centre, FRAMING * eyes, &Rotation3::identity(), [SIDE, SIDE]);
     let mesh = target.mesh();
     let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];

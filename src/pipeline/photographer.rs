@@ -10,8 +10,8 @@ use crate::{
     view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera},
 };
 
-/// Side of the square pictures; the landmark network looks at 256 × 256 of a face that fills about half of it.
-const SIDE: u32 = 640;
+/// Width and height of the pictures; the landmark network looks at 256 × 256 of a face that fills about half of it.
+pub(super) const SIZE: [u32; 2] = [640, 640];
 
 /// Photographs one mesh.
 pub struct Photographer {
@@ -42,7 +42,7 @@ impl Photographer {
         // A bare scan needs light to show its shape; a coloured one has the light of its recording.
         let look = if has_colour { Look::UNLIT } else { Look::default().lit_by(Lighting::Clay) };
         Ok(Self {
-            renderer: Renderer::new(gpu, SIDE, SIDE, Smoothing::Off)?,
+            renderer: Renderer::new(gpu, SIZE[0], SIZE[1], Smoothing::Off)?,
             model: Model::upload(gpu, mesh)?,
             positions,
             normals,
@@ -53,8 +53,8 @@ impl Photographer {
 
     /// A camera before `centre` that shows a ball of `radius`; `facing` turns the mesh's frame so that the face looks
     /// at the camera, upright.
-    pub fn camera(centre: Point3<f64>, radius: f64, facing: &Rotation3<f64>) -> ViewCamera {
-        let straight = ViewCamera::frame_bounds(Point3::origin(), radius, [SIDE, SIDE]);
+    pub fn camera(centre: Point3<f64>, radius: f64, facing: &Rotation3<f64>, size: [u32; 2]) -> ViewCamera {
+        let straight = ViewCamera::frame_bounds(Point3::origin(), radius, size);
         let turn = facing.inverse();
         ViewCamera {
             eye: centre + turn * straight.eye.coords,
@@ -73,8 +73,8 @@ impl Photographer {
         let world = Matrix4::identity();
         self.renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &self.look)?;
         self.renderer.read(&mut self.rgba)?;
-        let side = SIDE as usize;
-        let image = Image::from_rgba(side, side, &self.rgba)
+        let [width, height] = SIZE.map(|side| side as usize);
+        let image = Image::from_rgba(width, height, &self.rgba)
             .map_err(|source| CaptureError::Library { path: "a rendering of the scan".into(), source })?;
         tracker.reset();
         Ok(tracker.track(&image)?.map(|landmarks| Portrait { camera, landmarks }))

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Vector2, Vector3};
 
 use super::{
     PipelineError,
-    photographer::{Photographer, Portrait},
+    photographer::{Photographer, Portrait, SIZE},
 };
 use crate::{
     scan::{Mesh, Surface, SurfacePoint},
@@ -50,7 +50,7 @@ impl ScanFace {
         let (centre, radius) = bounding_ball(mesh);
         let mut first = None;
         for facing in orientations() {
-            let camera = Photographer::camera(centre, radius, &facing);
+            let camera = Photographer::camera(centre, radius, &facing, SIZE);
             if let Some(portrait) = photographer.portrait(camera, tracker)?
                 && roll(&portrait).abs() < UPRIGHT
                 && let Some(measure) = Measure::of(&portrait, surface)
@@ -61,7 +61,7 @@ impl ScanFace {
         }
         let (facing, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: name.to_owned() })?;
 
-        let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing);
+        let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing, SIZE);
         let mut portraits = Vec::new();
         for yaw in std::iter::once(0.0).chain(YAWS) {
             let side = camera.orbit(f64::to_radians(yaw), 0.0);

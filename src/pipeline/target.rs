@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::{PipelineError, photographer::Photographer, scan_landmarks::ScanFace};
+use super::{PipelineError, photographer::{Photographer, SIZE}, scan_landmarks::ScanFace};
 use crate::{
     head::rotation_between,
     rig::TargetFace,
@@ -125,7 +125,7 @@ impl Target {
         let mut level = Rotation3::identity();
         let mut angles = Vec::new();
         for _ in 0..ROUNDS {
-            let camera = Photographer::camera(centre, FRAMING * eyes, &level);
+            let camera = Photographer::camera(centre, FRAMING * eyes, &level, SIZE);
             let Some(portrait) = self.photographer.portrait(camera, tracker)? else {
                 tracing::warn!(
                     "{} is no longer seen as a face when turned; it stays as it was",

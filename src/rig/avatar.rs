@@ -105,8 +105,13 @@ impl Rig {
                 position[axis] += rest[axis];
             }
         }
-        frame.head = self.head.motion(&expression.pose);
+        frame.head = self.head_motion(&expression.pose);
         Ok(())
+    }
+
+    /// How the head has moved from the neutral, in the target's scan frame, millimetres.
+    pub fn head_motion(&self, pose: &HeadPose) -> Isometry3<f64> {
+        self.head.motion(pose)
     }
 }
 

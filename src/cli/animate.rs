@@ -1,0 +1,212 @@
+//! `understudy animate`: a clip of a person in, a moving scan out.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use understudy::{
+    assets::Assets,
+    capture,
+    export::Draft,
+    lift::FaceState,
+    pipeline::{Animation, HeadMode, Stage, Target, VideoPlan, preview_sheet},
+    rig::{Rig, TransferRule},
+    view::{Gpu, Look, Smoothing, save_png},
+};
+
+use super::{
+    Outcome,
+    clip::ClipArgs,
+    progress,
+    target::{ScanArgs, report},
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  understudy animate clip.mp4 --target scan.obj -o avatar.mp4
+  understudy animate clip.mp4 --target scan.obj -o avatar.glb -o avatar.pc2 -o motion.csv
+  understudy animate clip.mp4 --target scan.ply --compare -o both.mp4 -o preview.png
+  understudy animate clip.mp4 --target bust.glb --head still --transfer thesis -o avatar.mp4
+
+Outputs:
+  .mp4  the avatar as a film, with the clip's sound
+  .glb  the scan with morph targets and head motion: Blender, Unreal, three.js
+  .pc2  every vertex of every frame: Blender's Mesh Cache modifier
+  .csv  head pose and landmarks in OpenFace's columns
+  .png  a sheet of the take's most different moments";
+
+/// Animate a scan with the performance in a clip
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Animate {
+    #[command(flatten)]
+    clip: ClipArgs,
+    /// The scan to animate: .obj, .ply, .stl, .glb or .gltf
+    #[arg(short, long, value_name = "SCAN")]
+    target: PathBuf,
+    #[command(flatten)]
+    scan: ScanArgs,
+    /// What to write, by extension: .mp4, .glb, .pc2, .csv, .png; may be given several times
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Whether the avatar's head moves with the performer's
+    #[arg(long, value_enum, default_value_t = HeadArg::Follow)]
+    head: HeadArg,
+    /// How motion is carried from one face to the other
+    #[arg(long, value_enum, default_value_t = TransferArg::Spline)]
+    transfer: TransferArg,
+    /// Show the performer beside the avatar in the film
+    #[arg(long)]
+    compare: bool,
+    /// Width and height of the avatar's picture, even numbers
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    size: [u32; 2],
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum HeadArg {
+    /// The head turns and moves
+    Follow,
+    /// The head stays, the face moves
+    Still,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum TransferArg {
+    /// Motions bend with the regularised landmark spline
+    Spline,
+    /// Motions of the lower face scale with the mouth's width, the others are copied (Erdoğdu)
+    Thesis,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Mp4,
+    Glb,
+    Pc2,
+    Csv,
+    Png,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self, String> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        match extension.as_str() {
+            "mp4" => Ok(Self::Mp4),
+            "glb" => Ok(Self::Glb),
+            "pc2" => Ok(Self::Pc2),
+            "csv" => Ok(Self::Csv),
+            "png" => Ok(Self::Png),
+            _ => Err(format!("cannot write {}: name it .mp4, .glb, .pc2, .csv or .png", path.display())),
+        }
+    }
+}
+
+impl Animate {
+    pub fn run(&self, quiet: bool) -> Outcome {
+        let outputs = self.outputs()?;
+        let assets = Assets::locate()?;
+        // Opened twice on purpose: a clip that cannot be read is refused before the scan is worked on.
+        drop(self.clip.open()?);
+        let gpu = Gpu::headless()?;
+        let mut networks = self.clip.networks(&assets)?;
+        let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
+        if !quiet {
+            report(&target);
+        }
+        let mut take = self.clip.solve(&assets, networks, quiet)?;
+        let (face, angles) = take.watch.time("level the target", || {
+            target.level_with(take.motion.performer.rest_landmarks(), &mut take.networks.tracker)
+        })?;
+        tracing::info!("levelled in steps of {angles:.3?} rad");
+        let rule = match self.transfer {
+            TransferArg::Spline => TransferRule::Spline,
+            TransferArg::Thesis => TransferRule::Thesis,
+        };
+        let head = match self.head {
+            HeadArg::Follow => HeadMode::Follow,
+            HeadArg::Still => HeadMode::Still,
+        };
+        let rig = take.watch.time("build the rig", || {
+            Rig::new(&take.motion.performer, &face, target.mesh(), &target.surface, rule)
+        })?;
+        let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
+        for (kind, path) in outputs {
+            let watch = &mut take.watch;
+            let mut note = String::new();
+            let stage = |size, smoothing| {
+                Stage::new(&gpu, &target, &face.level, size, Look::default(), head, smoothing)
+            };
+            match kind {
+                Kind::Pc2 => animation.write_pc2(path, watch)?,
+                Kind::Csv => animation.write_csv(path, watch)?,
+                Kind::Glb => {
+                    let report = animation.write_glb(path, watch)?;
+                    note = format!(
+                        " ({} morph targets, {:.3} mm RMS, {:.3} mm in the worst frame)",
+                        report.morphs, report.rms, report.worst_frame_rms
+                    );
+                }
+                Kind::Png => {
+                    let mut stage = stage([720, 720], Smoothing::Samples4)?;
+                    save_png(path, &preview_sheet(&animation, &mut stage, self.clip.open()?)?)?;
+                }
+                Kind::Mp4 => {
+                    let [width, height] = self.size;
+                    let size = if self.compare { [height, height] } else { [width, height] };
+                    let plan = VideoPlan {
+                        path: path.clone(),
+                        stage: stage(size, Smoothing::Edges)?,
+                        beside: if self.compare { Some(self.clip.open()?) } else { None },
+                        sound_from: self.clip.clip.is_file().then(|| self.clip.clip.clone()),
+                    };
+                    let bar = progress::bar("drawing", Some(animation.ticks().len() as u64), quiet);
+                    animation.write_mp4(plan, watch, |done| bar.set_position(done))?;
+                    bar.finish_and_clear();
+                }
+            }
+            if !quiet {
+                println!("wrote {}{note}", path.display());
+            }
+        }
+        warn_of_gaps(&animation);
+        if self.clip.timings {
+            print!("{}", take.watch);
+        }
+        Ok(())
+    }
+
+    /// What to write where; places that cannot be written to are refused before any work is done.
+    fn outputs(&self) -> Result<Vec<(Kind, &PathBuf)>, Box<dyn std::error::Error>> {
+        let mut outputs = Vec::new();
+        for path in &self.output {
+            outputs.push((Kind::of(path)?, path));
+            drop(Draft::create(path)?);
+        }
+        Ok(outputs)
+    }
+}
+
+fn warn_of_gaps(animation: &Animation) {
+    let lost = animation.motion.frames.iter().filter(|f| f.state != FaceState::Tracking).count();
+    if lost > 0 {
+        tracing::warn!(
+            "the face was not seen in {lost} of {} frames; there the avatar holds, eases to neutral and blends back \
+             (column `state` of the .csv)",
+            animation.motion.frames.len()
+        );
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let wanted = || "write two even numbers from 64 to 4096, such as 1280x720".to_owned();
+    let (width, height) = text.split_once('x').ok_or_else(wanted)?;
+    let parse = |side: &str| side.trim().parse::<u32>().ok();
+    match (parse(width), parse(height)) {
+        (Some(width), Some(height))
+            if [width, height].iter().all(|side| (64..=4096).contains(side) && side % 2 == 0) =>
+        {
+            Ok([width, height])
+        }
+        _ => Err(wanted()),
+    }
+}

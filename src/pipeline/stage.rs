@@ -1,0 +1,92 @@
+//! Where the avatar performs: a camera before it, and pictures of each frame.
+
+use nalgebra::{Isometry3, Matrix4, Rotation3};
+
+use super::{PipelineError, Target, photographer::Photographer};
+use crate::{
+    rig::AvatarFrame,
+    scan::NormalSolver,
+    view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera},
+};
+
+/// Radius of the framed ball over the outer canthal distance: a head with room to move.
+const FRAMING: f64 = 1.9;
+
+/// Whether the avatar's head moves with the performer's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HeadMode {
+    /// It turns and moves as the performer's does.
+    #[default]
+    Follow,
+    /// It stays, and only the face moves.
+    Still,
+}
+
+impl HeadMode {
+    /// The head's motion as this mode shows it.
+    pub fn motion(self, head: &Isometry3<f64>) -> Isometry3<f64> {
+        match self {
+            Self::Follow => *head,
+            Self::Still => Isometry3::identity(),
+        }
+    }
+}
+
+/// Draws one target.
+pub struct Stage {
+    renderer: Renderer,
+    model: Model,
+    solver: NormalSolver,
+    normals: Vec<[f32; 3]>,
+    camera: ViewCamera,
+    look: Look,
+    head: HeadMode,
+}
+
+impl Stage {
+    /// `level` turns the target to face the camera as the performer did while neutral.
+    pub fn new(
+        gpu: &Gpu,
+        target: &Target,
+        level: &Rotation3<f64>,
+        size: [u32; 2],
+        look: Look,
+        head: HeadMode,
+        smoothing: Smoothing,
+    ) -> Result<Self, PipelineError> {
+        let mesh = target.mesh();
+        let (centre, eyes) = target.centre_and_eyes();
+        Ok(Self {
+            renderer: Renderer::new(gpu, size[0], size[1], smoothing)?,
+            model: Model::upload(gpu, mesh)?,
+            solver: NormalSolver::new(&mesh.triangles, mesh.positions.len()),
+            normals: vec![[0.0; 3]; mesh.positions.len()],
+            camera: Photographer::camera(centre, FRAMING * eyes, level, size),
+            look,
+            head,
+        })
+    }
+
+    /// The camera, for views from elsewhere.
+    pub fn camera_mut(&mut self) -> &mut ViewCamera {
+        &mut self.camera
+    }
+
+    /// Draws a frame and sends its picture on the way.
+    pub fn submit(&mut self, frame: &AvatarFrame) -> Result<(), PipelineError> {
+        self.solver.update(&frame.positions, &mut self.normals);
+        let world: Matrix4<f64> = self.head.motion(&frame.head).to_homogeneous();
+        self.renderer.draw(&self.model, &frame.positions, &self.normals, &world, &self.camera, &self.look)?;
+        Ok(self.renderer.submit()?)
+    }
+
+    /// Waits for the oldest picture that was submitted: RGBA rows.
+    pub fn fetch(&mut self, rgba: &mut Vec<u8>) -> Result<(), PipelineError> {
+        Ok(self.renderer.fetch(rgba)?)
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.renderer.size()
+    }
+}
