@@ -85,7 +85,9 @@ impl ViewCamera {
             return wrong("its numbers are not all finite");
         }
         if sight.cross(&self.up).norm() <= 1e-9 * sight.norm() * self.up.norm() {
-            return wrong("its line of sight has no length or is parallel to its up vector; turn one of them");
+            return wrong(
+                "its line of sight has no length or is parallel to its up vector; turn one of them",
+            );
         }
         if self.viewport.contains(&0) {
             return wrong("its viewport has no pixels; give it the picture's size");
@@ -145,8 +147,8 @@ impl ViewCamera {
         if clip.w <= 0.0 {
             return None;
         }
-        let [width, height] = self.viewport.map(f64::from);
-        Some(Point2::new((clip.x / clip.w + 1.0) / 2.0 * width, (1.0 - clip.y / clip.w) / 2.0 * height))
+        let [half_width, half_height] = self.viewport.map(|side| f64::from(side) / 2.0);
+        Some(Point2::new((1.0 + clip.x / clip.w) * half_width, (1.0 - clip.y / clip.w) * half_height))
     }
 
     /// The line of sight through a pixel: where it starts, in the scene, and its direction.
@@ -224,7 +226,11 @@ mod tests {
     #[test]
     fn the_target_is_the_middle_and_left_is_the_subjects_right() {
         let camera = ViewCamera::frame_bounds(Point3::origin(), 100.0, [1280, 720]);
-        assert_relative_eq!(camera.project(Point3::origin()).unwrap(), Point2::new(640.0, 360.0), epsilon = 1e-9);
+        assert_relative_eq!(
+            camera.project(Point3::origin()).unwrap(),
+            Point2::new(640.0, 360.0),
+            epsilon = 1e-9
+        );
         let subjects_left = camera.project(Point3::new(50.0, 50.0, 0.0)).unwrap();
         assert!(subjects_left.x > 640.0 && subjects_left.y < 360.0);
         assert_eq!(camera.project(camera.eye + Vector3::z()), None);

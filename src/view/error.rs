@@ -23,7 +23,9 @@ pub enum ViewError {
         reason: String,
     },
     /// An error that the graphics driver or its validation reported.
-    #[error("the graphics adapter {adapter} reported: {reason}. If its memory is full, draw a smaller picture")]
+    #[error(
+        "the graphics adapter {adapter} reported: {reason}. If its memory is full, draw a smaller picture"
+    )]
     Gpu {
         /// The adapter's own name.
         adapter: String,

@@ -8,7 +8,7 @@ use super::{Gpu, ViewError, texture};
 use crate::scan::{Material, Mesh};
 
 /// The colour of a surface that has neither texture nor vertex colours: a warm grey, linear.
-pub(super) const CLAY: [f32; 4] = [0.50, 0.455, 0.415, 1.0];
+pub(super) const CLAY: [f32; 4] = [0.44, 0.40, 0.365, 1.0];
 
 /// What of a vertex stays the same while the face moves.
 #[repr(C)]
@@ -53,6 +53,8 @@ pub struct Model {
     source: Vec<u32>,
     mesh_vertices: usize,
     triangles: usize,
+    /// Whether the scan brought any colours of its own.
+    pub(super) coloured: bool,
     pub(super) parts: Vec<Part>,
     pub(super) fixed: wgpu::Buffer,
     pub(super) moving: wgpu::Buffer,
@@ -73,9 +75,10 @@ impl Model {
             .zip(&uvs)
             .map(|(&vertex, &uv)| {
                 let uv = mesh.uvs.get(uv as usize).map_or([0.0; 2], |&[u, v]| [u, 1.0 - v]);
-                let [r, g, b] = mesh.colours.get(vertex as usize).map_or([255; 3], |c| {
-                    c.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8)
-                });
+                let [r, g, b] = mesh
+                    .colours
+                    .get(vertex as usize)
+                    .map_or([255; 3], |c| c.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8));
                 FixedVertex { uv, colour: [r, g, b, 255] }
             })
             .collect();
@@ -94,6 +97,7 @@ impl Model {
         let model = Self {
             mesh_vertices: mesh.positions.len(),
             triangles: mesh.triangles.len(),
+            coloured: !mesh.colours.is_empty() || parts.iter().any(|part| part.textured),
             parts,
             fixed: filled(gpu, "fixed vertices", usage, bytemuck::cast_slice(&fixed)),
             moving,
@@ -208,11 +212,7 @@ fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
 }
 
 /// Binds every material in use; a texture that several share is decoded once.
-fn parts(
-    gpu: &Gpu,
-    mesh: &Mesh,
-    ranges: Vec<(usize, std::ops::Range<u32>)>,
-) -> Result<Vec<Part>, ViewError> {
+fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> Result<Vec<Part>, ViewError> {
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("scan texture"),
         address_mode_u: wgpu::AddressMode::Repeat,
@@ -230,16 +230,15 @@ fn parts(
     for (index, indices) in ranges {
         let material = mesh.materials.get(index);
         let texture = material.and_then(|m| m.texture.as_ref()).filter(|_| !mesh.uv_triangles.is_empty());
-        let view = match texture {
-            None => white.clone(),
-            Some(wanted) => match seen.iter().find(|(known, _)| Arc::ptr_eq(known, wanted)) {
-                Some((_, view)) => view.clone(),
-                None => {
-                    let view = texture::upload(gpu, wanted)?;
-                    seen.push((wanted, view.clone()));
-                    view
-                }
-            },
+        let known = texture.and_then(|wanted| seen.iter().find(|(known, _)| Arc::ptr_eq(known, wanted)));
+        let view = match (texture, known) {
+            (None, _) => white.clone(),
+            (Some(_), Some((_, view))) => view.clone(),
+            (Some(wanted), None) => {
+                let view = texture::upload(gpu, wanted)?;
+                seen.push((wanted, view.clone()));
+                view
+            }
         };
         let uniform = uniform(material, texture.is_some(), !mesh.colours.is_empty());
         let buffer = filled(
@@ -265,17 +264,18 @@ fn parts(
 fn uniform(material: Option<&Material>, textured: bool, coloured: bool) -> MaterialUniform {
     // A scan with both usually says the same thing twice; the texture says it in more detail.
     let coloured = coloured && !textured;
-    let plain = [1.0; 4];
+    // A factor of one on nothing is no colour but a missing one.
+    let tinted = |m: &Material| m.base_colour[..3].iter().any(|factor| (factor - 1.0).abs() > 1e-6);
     let base = match material {
-        Some(m) if textured || coloured || m.base_colour != plain => m.base_colour,
-        _ if coloured => plain,
+        Some(m) if textured || coloured || tinted(m) => m.base_colour,
+        _ if coloured => [1.0; 4],
         _ => CLAY,
     };
     let encoded = base.map(|factor| factor.max(0.0).powf(1.0 / 2.2));
     MaterialUniform { base, encoded, coloured: [f32::from(u8::from(coloured)); 4] }
 }
 
-/// A buffer with the given bytes in it, padded to the multiple of four that copies need.
+/// A buffer with the given bytes in it, a multiple of four.
 pub(super) fn filled(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, bytes: &[u8]) -> wgpu::Buffer {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),

@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn a_fine_checker_keeps_its_brightness() {
-        let checker = RgbaImage::from_fn(8, 8, |x, y| Rgba([[0, 0, 0, 255], [255; 4]][((x + y) % 2) as usize]));
+        let checker =
+            RgbaImage::from_fn(8, 8, |x, y| Rgba([[0, 0, 0, 255], [255; 4]][((x + y) % 2) as usize]));
         // Half the light is 188 in sRGB, not 128.
         assert!(LinearLight::new().halve(&checker).pixels().all(|p| p.0 == [188, 188, 188, 255]));
     }
@@ -187,7 +188,10 @@ mod tests {
             for &(x, w) in all.iter().flatten() {
                 share[x as usize] += w * size as f32 / all.len() as f32;
             }
-            assert!(share.iter().all(|s| (s - 1.0 * size as f32 / size as f32).abs() < 1e-5), "{size}: {share:?}");
+            assert!(
+                share.iter().all(|s| (s - 1.0 * size as f32 / size as f32).abs() < 1e-5),
+                "{size}: {share:?}"
+            );
         }
     }
 }
