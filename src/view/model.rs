@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use nalgebra::{Vector3, Vector4};
 
 use super::{Gpu, ViewError, texture};
 use crate::scan::{Material, Mesh};
@@ -52,13 +53,14 @@ pub struct Model {
     /// GPU vertex to mesh vertex.
     source: Vec<u32>,
     mesh_vertices: usize,
-    triangles: usize,
     /// Whether the scan brought any colours of its own.
     pub(super) coloured: bool,
     pub(super) parts: Vec<Part>,
     pub(super) fixed: wgpu::Buffer,
     pub(super) moving: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
+    /// What `indices` holds, sorted by material only.
+    triangles: Vec<[u32; 3]>,
 }
 
 impl Model {
@@ -84,7 +86,7 @@ impl Model {
             .collect();
 
         let (order, ranges) = by_material(mesh);
-        let indices: Vec<u32> = order.iter().flat_map(|&t| corners[t as usize]).collect();
+        let triangles: Vec<[u32; 3]> = order.iter().map(|&t| corners[t as usize]).collect();
         let parts = parts(gpu, mesh, ranges)?;
 
         let usage = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST;
@@ -96,7 +98,6 @@ impl Model {
         });
         let model = Self {
             mesh_vertices: mesh.positions.len(),
-            triangles: mesh.triangles.len(),
             coloured: !mesh.colours.is_empty() || parts.iter().any(|part| part.textured),
             parts,
             fixed: filled(gpu, "fixed vertices", usage, bytemuck::cast_slice(&fixed)),
@@ -105,9 +106,10 @@ impl Model {
                 gpu,
                 "indices",
                 wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
-                bytemuck::cast_slice(&indices),
+                bytemuck::cast_slice(&triangles),
             ),
             source,
+            triangles,
         };
         gpu.check()?;
         Ok(model)
@@ -120,7 +122,7 @@ impl Model {
 
     /// The number of triangles.
     pub fn triangles(&self) -> usize {
-        self.triangles
+        self.triangles.len()
     }
 
     /// For every vertex on the device the mesh vertex it came from; longer than the mesh where the texture has seams.
@@ -146,6 +148,24 @@ impl Model {
             normal: normals[vertex as usize],
         }));
         Ok(())
+    }
+
+    /// The triangles, within each material those first that turn their outside to the eye, reusing `out`.
+    ///
+    /// What they hide is then never shaded, which is half of a closed head. `eye` is in the model's frame,
+    /// homogeneous: a point or, for parallel rays, the direction towards the viewer.
+    pub(super) fn facing_first(&self, vertices: &[MovingVertex], eye: Vector4<f32>, out: &mut Vec<[u32; 3]>) {
+        out.clear();
+        let at = |index: u32| Vector3::from(vertices[index as usize].position);
+        let faces = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(at);
+            (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
+        };
+        for part in &self.parts {
+            let part = &self.triangles[part.indices.start as usize / 3..part.indices.end as usize / 3];
+            out.extend(part.iter().filter(|triangle| faces(triangle)));
+            out.extend(part.iter().filter(|triangle| !faces(triangle)));
+        }
     }
 }
 

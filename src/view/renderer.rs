@@ -38,6 +38,7 @@ pub struct Renderer {
     depth: wgpu::TextureView,
     readback: Readback,
     vertices: Vec<MovingVertex>,
+    triangles: Vec<[u32; 3]>,
     look: Look,
     edges: Option<EdgeSmoother>,
 }
@@ -111,6 +112,7 @@ impl Renderer {
             depth: view(&texture(gpu, size, DEPTH, samples, target)),
             readback: Readback::new(gpu, size),
             vertices: Vec::new(),
+            triangles: Vec::new(),
             look: Look::default(),
             edges: (smoothing == Smoothing::Edges).then(EdgeSmoother::default),
         };
@@ -158,6 +160,11 @@ impl Renderer {
         }
         model.expand(positions, normals, &mut self.vertices)?;
         self.gpu.queue.write_buffer(&model.moving, 0, bytemuck::cast_slice(&self.vertices));
+        if let Some(model_from_view) = (camera.view_from_world() * world_from_model).try_inverse() {
+            let eye = (model_from_view * camera.eye_in_view()).cast::<f32>();
+            model.facing_first(&self.vertices, eye, &mut self.triangles);
+            self.gpu.queue.write_buffer(&model.indices, 0, bytemuck::cast_slice(&self.triangles));
+        }
         let uniform = self.uniform(model, world_from_model, camera, *look);
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
         self.look = *look;
