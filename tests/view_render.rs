@@ -1,5 +1,7 @@
 //! Draws shapes with known answers, and compares one small picture with a stored one.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -65,14 +67,14 @@ fn camera(width: u32, height: u32) -> ViewCamera {
 }
 
 /// Draws a mesh of which every normal points away from the origin.
-fn draw(mesh: &Mesh, camera: &ViewCamera, look: &Look, smoothing: Smoothing) -> RgbaImage {
+fn draw(mesh: &Mesh, camera: &ViewCamera, look: Look, smoothing: Smoothing) -> RgbaImage {
     let gpu = Gpu::headless().unwrap();
     let model = Model::upload(&gpu, mesh).unwrap();
     let [width, height] = camera.viewport;
     let mut renderer = Renderer::new(&gpu, width, height, smoothing).unwrap();
     let mut out = Vec::new();
     let (positions, normals) = (positions(mesh), outwards(mesh));
-    renderer.draw(&model, &positions, &normals, &Matrix4::identity(), camera, look).unwrap();
+    renderer.draw(&model, &positions, &normals, &Matrix4::identity(), camera, &look).unwrap();
     renderer.read(&mut out).unwrap();
     RgbaImage::from_raw(width, height, out).unwrap()
 }
@@ -86,7 +88,7 @@ fn unlit_texture_keeps_its_bytes_the_right_way_up() {
     let mesh = textured(ball(48, 96), TextureFormat::Png, checker());
     let camera = camera(300, 300);
     let look = Look::UNLIT;
-    let picture = draw(&mesh, &camera, &look, Smoothing::Off);
+    let picture = draw(&mesh, &camera, look, Smoothing::Off);
     let (mut seen, fields) = (0, [[200, 60, 40], [40, 80, 190]]);
     for column in 0..8_u32 {
         for row in 0..4_u32 {
@@ -110,7 +112,7 @@ fn unlit_texture_keeps_its_bytes_the_right_way_up() {
 fn colours_of_vertices_and_materials_show_unlit() {
     let mut mesh = ball(24, 48);
     mesh.colours = vec![[0.2, 0.6, 0.4]; mesh.positions.len()];
-    let middle = |mesh: &Mesh| *draw(mesh, &camera(80, 80), &Look::UNLIT, Smoothing::Off).get_pixel(40, 40);
+    let middle = |mesh: &Mesh| *draw(mesh, &camera(80, 80), Look::UNLIT, Smoothing::Off).get_pixel(40, 40);
     assert!(close(middle(&mesh), [51, 153, 102], 1), "{:?}", middle(&mesh));
 
     // A linear factor of 0.214 is 127.5 in sRGB.
@@ -132,12 +134,15 @@ fn the_outline_is_where_geometry_says() {
     let Projection::Perspective { vertical_fov } = perspective.projection else { unreachable!() };
     let seen_from = perspective.eye.z;
     let closed_form = [
-        (perspective, RADIUS / (seen_from * seen_from - RADIUS * RADIUS).sqrt() / (vertical_fov / 2.0).tan() * 150.0),
+        (
+            perspective,
+            RADIUS / (seen_from * seen_from - RADIUS * RADIUS).sqrt() / (vertical_fov / 2.0).tan() * 150.0,
+        ),
         (parallel, 300.0 * RADIUS / height),
     ];
     for (camera, radius) in closed_form {
         let look = Look::default().before(BLACK).lit_by(Lighting::Unlit);
-        let picture = draw(&mesh, &camera, &look, Smoothing::Off);
+        let picture = draw(&mesh, &camera, look, Smoothing::Off);
         let area = picture.pixels().filter(|p| p[0] > 0).count() as f64;
         let found = (area / std::f64::consts::PI).sqrt();
         assert!((found - radius).abs() < 0.15, "radius {found}, wanted {radius}");
@@ -176,7 +181,10 @@ fn a_drawn_point_lands_on_the_pixel_that_project_names() {
             assert!(!bright.is_empty());
             let mean = |axis: usize| bright.iter().map(|p| p[axis]).sum::<f64>() / bright.len() as f64;
             let wanted = camera.project(Point3::from(place)).unwrap();
-            assert!((mean(0) - wanted.x).abs() < 0.7 && (mean(1) - wanted.y).abs() < 0.7, "{bright:?} {wanted}");
+            assert!(
+                (mean(0) - wanted.x).abs() < 0.7 && (mean(1) - wanted.y).abs() < 0.7,
+                "{bright:?} {wanted}"
+            );
         }
     }
 }
@@ -194,7 +202,8 @@ fn the_inside_is_seen_and_lies_in_shadow() {
     let look = Look::default().before(BLACK).lit_by(Lighting::Clay);
     let outside = camera(120, 120);
     let inside = outside.orbit(std::f64::consts::PI, 0.0);
-    let [outside, inside] = [outside, inside].map(|c| draw(&shell, &c, &look, Smoothing::Off).get_pixel(60, 60)[0]);
+    let [outside, inside] =
+        [outside, inside].map(|c| draw(&shell, &c, look, Smoothing::Off).get_pixel(60, 60)[0]);
     assert!(inside > 30 && i32::from(inside) < i32::from(outside) - 40, "outside {outside}, inside {inside}");
 }
 
@@ -219,7 +228,7 @@ fn a_mirrored_model_still_shows_its_outside() {
 
 #[test]
 fn light_comes_from_the_upper_left() {
-    let picture = draw(&ball(48, 96), &camera(200, 200), &Look::default(), Smoothing::Samples4);
+    let picture = draw(&ball(48, 96), &camera(200, 200), Look::default(), Smoothing::Samples4);
     let at = |x, y| i32::from(picture.get_pixel(x, y)[1]);
     assert!(at(60, 60) > at(140, 60) + 8, "{} {}", at(60, 60), at(140, 60));
     assert!(at(60, 60) > at(60, 140) + 8);
@@ -230,14 +239,18 @@ fn light_comes_from_the_upper_left() {
 fn a_transparent_background_has_no_alpha() {
     let look = Look::default().before(Background::Transparent).lit_by(Lighting::Unlit);
     for smoothing in [Smoothing::Off, Smoothing::Edges, Smoothing::Samples4] {
-        let picture = draw(&ball(48, 96), &camera(160, 160), &look, smoothing);
+        let picture = draw(&ball(48, 96), &camera(160, 160), look, smoothing);
         assert_eq!(picture.get_pixel(1, 1).0, [0; 4]);
         assert_eq!(picture.get_pixel(80, 80)[3], 255);
         let clay = picture.get_pixel(80, 80).0;
         let between: Vec<_> = picture.pixels().filter(|p| p[3] > 30 && p[3] < 225).collect();
         assert_eq!(between.is_empty(), smoothing == Smoothing::Off);
         // Straight alpha: a half-covered pixel has the whole colour.
-        assert!(between.iter().all(|p| close(**p, [clay[0], clay[1], clay[2]], 255) && p[0].abs_diff(clay[0]) < 5));
+        assert!(
+            between
+                .iter()
+                .all(|p| close(**p, [clay[0], clay[1], clay[2]], 255) && p[0].abs_diff(clay[0]) < 5)
+        );
     }
 }
 
@@ -245,7 +258,7 @@ fn a_transparent_background_has_no_alpha() {
 fn the_same_input_gives_the_same_bytes() {
     let mesh = textured(ball(48, 96), TextureFormat::Png, checker());
     for smoothing in [Smoothing::Off, Smoothing::Edges, Smoothing::Samples4] {
-        let shot = || draw(&mesh, &camera(333, 222).orbit(0.3, 0.1), &Look::default(), smoothing);
+        let shot = || draw(&mesh, &camera(333, 222).orbit(0.3, 0.1), Look::default(), smoothing);
         assert!(shot() == shot(), "{smoothing:?}");
     }
 }
@@ -317,7 +330,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 fn the_house_look_stays() {
     let mesh = textured(ball(48, 96), TextureFormat::Png, checker());
     let camera = camera(240, 180).orbit(0.4, 0.25);
-    let picture = draw(&mesh, &camera, &Look::default(), Smoothing::Samples4);
+    let picture = draw(&mesh, &camera, Look::default(), Smoothing::Samples4);
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/snapshots/view_ball.png");
     if std::env::var_os("UPDATE_SNAPSHOTS").is_some() {
         understudy::view::save_png(&path, &picture).unwrap();

@@ -147,8 +147,8 @@ impl ViewCamera {
         if clip.w <= 0.0 {
             return None;
         }
-        let [width, height] = self.viewport.map(f64::from);
-        Some(Point2::new((clip.x / clip.w + 1.0) / 2.0 * width, (1.0 - clip.y / clip.w) / 2.0 * height))
+        let [half_width, half_height] = self.viewport.map(|side| f64::from(side) / 2.0);
+        Some(Point2::new((1.0 + clip.x / clip.w) * half_width, (1.0 - clip.y / clip.w) * half_height))
     }
 
     /// The line of sight through a pixel: where it starts, in the scene, and its direction.

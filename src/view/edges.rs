@@ -28,8 +28,8 @@ impl EdgeSmoother {
         self.brightness.clear();
         self.brightness.extend(rgba.chunks_exact(4).map(|p| {
             // Alpha counts a quarter, so that a dark model stands out from a transparent background.
-            ((58 * u32::from(p[0]) + 112 * u32::from(p[1]) + 22 * u32::from(p[2]) + 64 * u32::from(p[3])) >> 8)
-                as u8
+            ((58 * u32::from(p[0]) + 112 * u32::from(p[1]) + 22 * u32::from(p[2]) + 64 * u32::from(p[3]))
+                >> 8) as u8
         }));
         self.strong.resize(width - 2, false);
         self.changed.clear();
@@ -85,8 +85,7 @@ fn blend(brightness: &[u8], [width, height]: [usize; 2], x: usize, y: usize) -> 
         ([w, e], 1, width, [y, height - 1 - y])
     };
     let first = (sides[0] - m).abs() >= (sides[1] - m).abs();
-    let (other, neighbour) =
-        if first { (sides[0], here - across) } else { (sides[1], here + across) };
+    let (other, neighbour) = if first { (sides[0], here - across) } else { (sides[1], here + across) };
     // Twice the mean brightness on the edge, and how far it may stray before the step ends.
     let edge = other + m;
     let stray = (other - m).abs() / 2;
@@ -100,8 +99,7 @@ fn blend(brightness: &[u8], [width, height]: [usize; 2], x: usize, y: usize) -> 
     };
     let (back, back_difference) = end(room[0], &|from, by| from - by);
     let (ahead, ahead_difference) = end(room[1], &|from, by| from + by);
-    let (near, difference) =
-        if back < ahead { (back, back_difference) } else { (ahead, ahead_difference) };
+    let (near, difference) = if back < ahead { (back, back_difference) } else { (ahead, ahead_difference) };
     // Only the side of the edge that the step's end cuts into gives way.
     if difference == 0 || (difference < 0) == (2 * m < edge) {
         return None;
@@ -153,7 +151,8 @@ mod tests {
     fn slanting_edges_come_nearer_to_their_true_coverage() {
         let size = 120;
         // Near the diagonal every step is one pixel long, and there is less to gain.
-        for (slope, left) in [(0.13, 0.55), (0.3, 0.55), (-0.45, 0.55), (0.8, 0.8), (2.6, 0.55), (-5.2, 0.55)] {
+        for (slope, left) in [(0.13, 0.55), (0.3, 0.55), (-0.45, 0.55), (0.8, 0.8), (2.6, 0.55), (-5.2, 0.55)]
+        {
             let hard = half_plane(size, slope);
             let mut soft = hard.clone();
             EdgeSmoother::default().smooth(&mut soft, size);

@@ -20,7 +20,7 @@ pub enum Background {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lighting {
     /// The scan's colours under a soft key light from the upper left, a fill, a rim and a high ambient light, since
-    /// a scan's texture already holds the light of its recording.
+    /// a scan's texture already holds the light of its recording. A scan without colours is lit as clay.
     #[default]
     Lit,
     /// The scan's colours alone, byte for byte where the texture is shown at its own size. Feed this to a network.

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use nalgebra::{Vector3, Vector4};
 
 use super::{Gpu, ViewError, texture};
 use crate::scan::{Material, Mesh};
 
 /// The colour of a surface that has neither texture nor vertex colours: a warm grey, linear.
-pub(super) const CLAY: [f32; 4] = [0.50, 0.455, 0.415, 1.0];
+pub(super) const CLAY: [f32; 4] = [0.44, 0.40, 0.365, 1.0];
 
 /// What of a vertex stays the same while the face moves.
 #[repr(C)]
@@ -52,11 +53,14 @@ pub struct Model {
     /// GPU vertex to mesh vertex.
     source: Vec<u32>,
     mesh_vertices: usize,
-    triangles: usize,
+    /// Whether the scan brought any colours of its own.
+    pub(super) coloured: bool,
     pub(super) parts: Vec<Part>,
     pub(super) fixed: wgpu::Buffer,
     pub(super) moving: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
+    /// What `indices` holds, sorted by material only.
+    triangles: Vec<[u32; 3]>,
 }
 
 impl Model {
@@ -82,7 +86,7 @@ impl Model {
             .collect();
 
         let (order, ranges) = by_material(mesh);
-        let indices: Vec<u32> = order.iter().flat_map(|&t| corners[t as usize]).collect();
+        let triangles: Vec<[u32; 3]> = order.iter().map(|&t| corners[t as usize]).collect();
         let parts = parts(gpu, mesh, ranges)?;
 
         let usage = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST;
@@ -94,7 +98,7 @@ impl Model {
         });
         let model = Self {
             mesh_vertices: mesh.positions.len(),
-            triangles: mesh.triangles.len(),
+            coloured: !mesh.colours.is_empty() || parts.iter().any(|part| part.textured),
             parts,
             fixed: filled(gpu, "fixed vertices", usage, bytemuck::cast_slice(&fixed)),
             moving,
@@ -102,9 +106,10 @@ impl Model {
                 gpu,
                 "indices",
                 wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
-                bytemuck::cast_slice(&indices),
+                bytemuck::cast_slice(&triangles),
             ),
             source,
+            triangles,
         };
         gpu.check()?;
         Ok(model)
@@ -117,7 +122,7 @@ impl Model {
 
     /// The number of triangles.
     pub fn triangles(&self) -> usize {
-        self.triangles
+        self.triangles.len()
     }
 
     /// For every vertex on the device the mesh vertex it came from; longer than the mesh where the texture has seams.
@@ -143,6 +148,24 @@ impl Model {
             normal: normals[vertex as usize],
         }));
         Ok(())
+    }
+
+    /// The triangles, within each material those first that turn their outside to the eye, reusing `out`.
+    ///
+    /// What they hide is then never shaded, which is half of a closed head. `eye` is in the model's frame,
+    /// homogeneous: a point or, for parallel rays, the direction towards the viewer.
+    pub(super) fn facing_first(&self, vertices: &[MovingVertex], eye: Vector4<f32>, out: &mut Vec<[u32; 3]>) {
+        out.clear();
+        let at = |index: u32| Vector3::from(vertices[index as usize].position);
+        let faces = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(at);
+            (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
+        };
+        for part in &self.parts {
+            let part = &self.triangles[part.indices.start as usize / 3..part.indices.end as usize / 3];
+            out.extend(part.iter().filter(|triangle| faces(triangle)));
+            out.extend(part.iter().filter(|triangle| !faces(triangle)));
+        }
     }
 }
 
@@ -227,16 +250,15 @@ fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> 
     for (index, indices) in ranges {
         let material = mesh.materials.get(index);
         let texture = material.and_then(|m| m.texture.as_ref()).filter(|_| !mesh.uv_triangles.is_empty());
-        let view = match texture {
-            None => white.clone(),
-            Some(wanted) => match seen.iter().find(|(known, _)| Arc::ptr_eq(known, wanted)) {
-                Some((_, view)) => view.clone(),
-                None => {
-                    let view = texture::upload(gpu, wanted)?;
-                    seen.push((wanted, view.clone()));
-                    view
-                }
-            },
+        let known = texture.and_then(|wanted| seen.iter().find(|(known, _)| Arc::ptr_eq(known, wanted)));
+        let view = match (texture, known) {
+            (None, _) => white.clone(),
+            (Some(_), Some((_, view))) => view.clone(),
+            (Some(wanted), None) => {
+                let view = texture::upload(gpu, wanted)?;
+                seen.push((wanted, view.clone()));
+                view
+            }
         };
         let uniform = uniform(material, texture.is_some(), !mesh.colours.is_empty());
         let buffer = filled(
@@ -262,17 +284,18 @@ fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> 
 fn uniform(material: Option<&Material>, textured: bool, coloured: bool) -> MaterialUniform {
     // A scan with both usually says the same thing twice; the texture says it in more detail.
     let coloured = coloured && !textured;
-    let plain = [1.0; 4];
+    // A factor of one on nothing is no colour but a missing one.
+    let tinted = |m: &Material| m.base_colour[..3].iter().any(|factor| (factor - 1.0).abs() > 1e-6);
     let base = match material {
-        Some(m) if textured || coloured || m.base_colour != plain => m.base_colour,
-        _ if coloured => plain,
+        Some(m) if textured || coloured || tinted(m) => m.base_colour,
+        _ if coloured => [1.0; 4],
         _ => CLAY,
     };
     let encoded = base.map(|factor| factor.max(0.0).powf(1.0 / 2.2));
     MaterialUniform { base, encoded, coloured: [f32::from(u8::from(coloured)); 4] }
 }
 
-/// A buffer with the given bytes in it, padded to the multiple of four that copies need.
+/// A buffer with the given bytes in it, a multiple of four.
 pub(super) fn filled(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, bytes: &[u8]) -> wgpu::Buffer {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),

@@ -78,9 +78,10 @@ impl Readback {
         out: &mut Vec<u8>,
         edges: Option<&mut EdgeSmoother>,
     ) -> Result<(), ViewError> {
-        let flight = self.flying.pop_front().ok_or(ViewError::Turn {
-            reason: "no picture is on its way; submit one before fetching",
-        })?;
+        let flight = self
+            .flying
+            .pop_front()
+            .ok_or(ViewError::Turn { reason: "no picture is on its way; submit one before fetching" })?;
         let result = self.land(gpu, &flight, out);
         flight.buffer.unmap();
         self.free.push(flight.buffer);
@@ -96,10 +97,8 @@ impl Readback {
     }
 
     fn land(&self, gpu: &Gpu, flight: &Flight, out: &mut Vec<u8>) -> Result<(), ViewError> {
-        let failed =
-            |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
-        let wait =
-            wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
+        let failed = |reason: String| ViewError::Gpu { adapter: gpu.adapter_name().to_owned(), reason };
+        let wait = wgpu::PollType::Wait { submission_index: Some(flight.submission.clone()), timeout: None };
         gpu.device.poll(wait).map_err(|error| failed(error.to_string()))?;
         match flight.mapped.recv() {
             Ok(Ok(())) => {}

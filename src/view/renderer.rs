@@ -38,6 +38,7 @@ pub struct Renderer {
     depth: wgpu::TextureView,
     readback: Readback,
     vertices: Vec<MovingVertex>,
+    triangles: Vec<[u32; 3]>,
     look: Look,
     edges: Option<EdgeSmoother>,
 }
@@ -111,6 +112,7 @@ impl Renderer {
             depth: view(&texture(gpu, size, DEPTH, samples, target)),
             readback: Readback::new(gpu, size),
             vertices: Vec::new(),
+            triangles: Vec::new(),
             look: Look::default(),
             edges: (smoothing == Smoothing::Edges).then(EdgeSmoother::default),
         };
@@ -152,12 +154,18 @@ impl Renderer {
         if camera.viewport != self.size() {
             let [width, height] = camera.viewport;
             let [w, h] = self.size();
-            let reason = format!("the camera's viewport differs from the renderer's {w} x {h}; make them equal");
+            let reason =
+                format!("the camera's viewport differs from the renderer's {w} x {h}; make them equal");
             return Err(ViewError::Size { width, height, reason });
         }
         model.expand(positions, normals, &mut self.vertices)?;
         self.gpu.queue.write_buffer(&model.moving, 0, bytemuck::cast_slice(&self.vertices));
-        let uniform = self.uniform(world_from_model, camera, *look);
+        if let Some(model_from_view) = (camera.view_from_world() * world_from_model).try_inverse() {
+            let eye = (model_from_view * camera.eye_in_view()).cast::<f32>();
+            model.facing_first(&self.vertices, eye, &mut self.triangles);
+            self.gpu.queue.write_buffer(&model.indices, 0, bytemuck::cast_slice(&self.triangles));
+        }
+        let uniform = self.uniform(model, world_from_model, camera, *look);
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
         self.look = *look;
 
@@ -197,7 +205,8 @@ impl Renderer {
             _ => {
                 let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
                 let texture = texture(&self.gpu, self.size, COLOUR, 1, usage);
-                let mut pass = self.pass(encoder, &view(&texture), None, wgpu::LoadOp::Clear(wgpu::Color::BLACK));
+                let mut pass =
+                    self.pass(encoder, &view(&texture), None, wgpu::LoadOp::Clear(wgpu::Color::BLACK));
                 self.draw_background(&mut pass);
                 texture
             }
@@ -245,8 +254,7 @@ impl Renderer {
         resolve_target: Option<&wgpu::TextureView>,
         load: wgpu::LoadOp<wgpu::Color>,
     ) -> wgpu::RenderPass<'encoder> {
-        let store =
-            if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let store = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: None,
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -269,7 +277,13 @@ impl Renderer {
         })
     }
 
-    fn uniform(&self, world_from_model: &Matrix4<f64>, camera: &ViewCamera, look: Look) -> FrameUniform {
+    fn uniform(
+        &self,
+        model: &Model,
+        world_from_model: &Matrix4<f64>,
+        camera: &ViewCamera,
+        look: Look,
+    ) -> FrameUniform {
         let view_from_model = camera.view_from_world() * world_from_model;
         let linear: Matrix3<f64> = view_from_model.fixed_view::<3, 3>(0, 0).into();
         // The cofactors turn normals as the inverse transpose does, but exist for every matrix. A mirror turns
@@ -277,7 +291,9 @@ impl Renderer {
         let facing = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
         let [x, y, z] = [linear.column(0), linear.column(1), linear.column(2)];
         let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]) * facing;
-        let (lights, specular) = look.lights();
+        // Nothing in a bare shape holds baked light: it needs the key light that clay gets.
+        let bare = look.lighting == Lighting::Lit && !model.coloured;
+        let (lights, specular) = if bare { look.lit_by(Lighting::Clay) } else { look }.lights();
         let [background_top, background_bottom] = look.background_colours();
         let clay = [CLAY[0], CLAY[1], CLAY[2], f32::from(u8::from(look.lighting == Lighting::Clay))];
         FrameUniform {
