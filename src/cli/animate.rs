@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use understudy::{
     assets::Assets,
-    capture,
     export::Draft,
     lift::FaceState,
     pipeline::{Animation, HeadMode, Stage, Target, VideoPlan, preview_sheet},
@@ -108,7 +107,7 @@ impl Animate {
         // Opened twice on purpose: a clip that cannot be read is refused before the scan is worked on.
         drop(self.clip.open()?);
         let gpu = Gpu::headless()?;
-        let mut networks = self.clip.networks(&assets)?;
+        let mut networks = ClipArgs::networks(&assets)?;
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
         if !quiet {
             report(&target);

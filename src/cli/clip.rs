@@ -61,13 +61,26 @@ pub struct Take {
 }
 
 impl ClipArgs {
+    /// Opens the clip from its start.
+    pub fn open(&self) -> Result<Box<dyn FrameSource>, CaptureError> {
+        capture::open(&self.clip, self.fps)
+    }
+
+    /// Loads the networks.
+    pub fn networks(assets: &Assets) -> Result<Networks, PipelineError> {
+        Networks::load(assets, TrackerOptions::default())
+    }
+
     /// Tracks and solves the clip.
-    pub fn solve(&self, assets: &Assets, quiet: bool) -> Result<Take, Box<dyn Error>> {
+    pub fn solve(
+        &self,
+        assets: &Assets,
+        mut networks: Networks,
+        quiet: bool,
+    ) -> Result<Take, Box<dyn Error>> {
         let mut watch = Stopwatch::default();
-        let source = capture::open(&self.clip, self.fps)?;
+        let source = self.open()?;
         let average = read_canonical_face(&assets.verified("canonical_face")?)?;
-        let mut networks =
-            watch.time("load networks", || Networks::load(assets, TrackerOptions::default()))?;
         let bar = progress::bar("tracking", source.info().announced_frames, quiet);
         let performance = Performance::track(
             source,

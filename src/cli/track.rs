@@ -34,7 +34,7 @@ impl Track {
     pub fn run(&self, quiet: bool) -> Outcome {
         drop(self.clip.open()?);
         let assets = Assets::locate()?;
-        let networks = self.clip.networks(&assets)?;
+        let networks = ClipArgs::networks(&assets)?;
         let mut take = self.clip.solve(&assets, networks, quiet)?;
         let raw = self.raw.then_some(&take.performance);
         take.watch.time("write", || write_motion(&self.output, &take.motion, raw))?;

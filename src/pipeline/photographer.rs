@@ -19,7 +19,6 @@ pub struct Photographer {
     model: Model,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    look: Look,
     rgba: Vec<u8>,
 }
 
@@ -38,15 +37,11 @@ impl Photographer {
             mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
         let mut normals = vec![[0.0; 3]; positions.len()];
         NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
-        let has_colour = !mesh.colours.is_empty() || mesh.materials.iter().any(|m| m.texture.is_some());
-        // A bare scan needs light to show its shape; a coloured one has the light of its recording.
-        let look = if has_colour { Look::UNLIT } else { Look::default().lit_by(Lighting::Clay) };
         Ok(Self {
             renderer: Renderer::new(gpu, SIZE[0], SIZE[1], Smoothing::Off)?,
             model: Model::upload(gpu, mesh)?,
             positions,
             normals,
-            look,
             rgba: Vec::new(),
         })
     }
@@ -68,10 +63,12 @@ impl Photographer {
     pub fn portrait(
         &mut self,
         camera: ViewCamera,
+        lighting: Lighting,
         tracker: &mut Tracker,
     ) -> Result<Option<Portrait>, PipelineError> {
+        let look = Look::UNLIT.lit_by(lighting);
         let world = Matrix4::identity();
-        self.renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &self.look)?;
+        self.renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &look)?;
         self.renderer.read(&mut self.rgba)?;
         let [width, height] = SIZE.map(|side| side as usize);
         let image = Image::from_rgba(width, height, &self.rgba)

@@ -12,6 +12,7 @@ use super::{
 use crate::{
     scan::{Mesh, Surface, SurfacePoint},
     tracking::{LANDMARK_COUNT, Region, Tracker, index, landmark_table},
+    view::Lighting,
 };
 
 /// Degrees of yaw of the pictures after the frontal one.
@@ -36,6 +37,8 @@ pub struct ScanFace {
     pub confidences: Vec<f64>,
     /// From the mesh's own axes to upright ones that look at the camera: one of the 24 axis-aligned rotations.
     pub facing: Rotation3<f64>,
+    /// The light in which the networks know the scan as a face.
+    pub lighting: Lighting,
 }
 
 impl ScanFace {
@@ -49,35 +52,43 @@ impl ScanFace {
     ) -> Result<Self, PipelineError> {
         let (centre, radius) = bounding_ball(mesh);
         let mut first = None;
-        for facing in orientations() {
+        let attempts = orientations().into_iter().flat_map(|facing| lightings(mesh).iter().map(move |l| (facing, *l)));
+        for (facing, lighting) in attempts {
             let camera = Photographer::camera(centre, radius, &facing, SIZE);
-            if let Some(portrait) = photographer.portrait(camera, tracker)?
+            if let Some(portrait) = photographer.portrait(camera, lighting, tracker)?
                 && roll(&portrait).abs() < UPRIGHT
                 && let Some(measure) = Measure::of(&portrait, surface)
             {
-                first = Some((facing, measure));
+                first = Some((facing, lighting, measure));
                 break;
             }
         }
-        let (facing, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: name.to_owned() })?;
+        let (facing, lighting, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: name.to_owned() })?;
 
         let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing, SIZE);
         let mut portraits = Vec::new();
         for yaw in std::iter::once(0.0).chain(YAWS) {
             let side = camera.orbit(f64::to_radians(yaw), 0.0);
-            portraits.extend(photographer.portrait(side, tracker)?);
+            portraits.extend(photographer.portrait(side, lighting, tracker)?);
         }
         if portraits.is_empty() {
             return Err(PipelineError::NoFaceOnScan { scan: name.to_owned() });
         }
         let (landmarks, confidences) = combine(&portraits, surface, measure.eyes).into_iter().unzip();
-        Ok(Self { landmarks, confidences, facing })
+        Ok(Self { landmarks, confidences, facing, lighting })
     }
 
     /// Positions of the landmarks.
     pub fn positions(&self) -> Vec<Option<Point3<f64>>> {
         self.landmarks.iter().map(|point| point.as_ref().map(|p| p.position)).collect()
     }
+}
+
+/// How a scan may be lit for the networks. One with colours has the light of its recording, but its colours may be
+/// labels and no skin; a bare one needs light to show its shape.
+pub(super) fn lightings(mesh: &Mesh) -> &'static [Lighting] {
+    let coloured = !mesh.colours.is_empty() || mesh.materials.iter().any(|m| m.texture.is_some());
+    if coloured { &[Lighting::Unlit, Lighting::Clay] } else { &[Lighting::Clay] }
 }
 
 /// Where the face is and how large.

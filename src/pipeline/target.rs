@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::{PipelineError, photographer::{Photographer, SIZE}, scan_landmarks::ScanFace};
+use super::{PipelineError, photographer::{Photographer, SIZE}, scan_landmarks::{ScanFace, lightings}};
 use crate::{
     head::rotation_between,
     rig::TargetFace,
@@ -13,7 +13,7 @@ use crate::{
         guess_from_outer_canthal_distance, read_landmarks, read_mesh,
     },
     tracking::{IBUG_68, LANDMARK_COUNT, LandmarkState, Landmarks, SKIN_LANDMARK_COUNT, Tracker, index},
-    view::Gpu,
+    view::{Gpu, Lighting},
 };
 
 /// Points by which the network's views of two faces are compared: they hardly move with expression.
@@ -41,6 +41,7 @@ pub struct Target {
     /// Whether the unit is a guess.
     pub unit_guessed: bool,
     photographer: Photographer,
+    lighting: Lighting,
 }
 
 /// How a target is read.
@@ -64,17 +65,17 @@ impl Target {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let fault = |source| PipelineError::from(ScanError::Mesh { path: path.into(), source });
         let own_surface = Surface::new(&own).map_err(fault)?;
-        let (own_landmarks, confidences, facing) = match &options.landmarks {
+        let (own_landmarks, confidences, facing, lighting) = match &options.landmarks {
             Some(file) => {
                 let points = network_scheme(file, &read_landmarks(file)?)?;
                 let confidences = points.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
                 let facing = facing_of(&points);
-                (points, confidences, facing)
+                (points, confidences, facing, lightings(&own)[0])
             }
             None => {
                 let mut photographer = Photographer::new(gpu, &own)?;
                 let face = ScanFace::find(&name, &own, &own_surface, &mut photographer, tracker)?;
-                (face.positions(), face.confidences, face.facing)
+                (face.positions(), face.confidences, face.facing, face.lighting)
             }
         };
         let eyes = eye_distance(&own_landmarks);
@@ -94,6 +95,7 @@ impl Target {
             unit,
             unit_guessed: options.unit.is_none(),
             photographer,
+            lighting,
         })
     }
 
@@ -126,7 +128,7 @@ impl Target {
         let mut angles = Vec::new();
         for _ in 0..ROUNDS {
             let camera = Photographer::camera(centre, FRAMING * eyes, &level, SIZE);
-            let Some(portrait) = self.photographer.portrait(camera, tracker)? else {
+            let Some(portrait) = self.photographer.portrait(camera, self.lighting, tracker)? else {
                 tracing::warn!(
                     "{} is no longer seen as a face when turned; it stays as it was",
                     self.scan.name

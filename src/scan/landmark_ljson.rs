@@ -1,7 +1,8 @@
 //! menpo's `.ljson`, versions 1 to 3.
 //!
 //! Version 3 holds named groups of `landmarks.points`, version 2 one such set, version 1 a list of labelled groups
-//! whose points follow one another. Labels and connectivity are passed over. menpo keeps image landmarks as
+//! whose points follow one another. Connectivity is passed over; labels serve to bring 68 points into iBUG's order, since
+//! files differ in which part of the face comes first. menpo keeps image landmarks as
 //! (row, column); they become x, y here, and go back on the way out.
 
 use nalgebra::Point3;
@@ -19,7 +20,7 @@ pub(super) fn parse(text: &str) -> Result<LandmarkFile, Fault> {
             let listed = groups.iter().filter_map(|g| g.get("landmarks")?.as_array()).flatten();
             points(listed.filter_map(|l| l.get("point")))
         }
-        Some(2) => points(points_of(&document).ok_or_else(no_points)?.iter()),
+        Some(2) => group(&document).ok_or_else(no_points)?,
         Some(3) => {
             let groups = document.get("groups").and_then(Value::as_object).ok_or_else(no_points)?;
             if groups.len() > 1 {
@@ -30,13 +31,50 @@ pub(super) fn parse(text: &str) -> Result<LandmarkFile, Fault> {
                 );
             }
             let first = groups.values().next().ok_or_else(no_points)?;
-            points(points_of(first).ok_or_else(no_points)?.iter())
+            group(first).ok_or_else(no_points)?
         }
         found => Err(Fault::new(
             format!("its version is {found:?}, and 1 to 3 are read"),
             "Import it into menpo and export it again",
         )),
     }
+}
+
+/// The parts of iBUG's 68 points in their order, by the names that menpo's importers give them (left is the viewer's).
+const IBUG_PARTS: [(&[&str], usize); 7] = [
+    (&["jaw", "chin"], 17),
+    (&["left_eyebrow", "leyebrow"], 5),
+    (&["right_eyebrow", "reyebrow"], 5),
+    (&["nose"], 9),
+    (&["left_eye", "leye"], 6),
+    (&["right_eye", "reye"], 6),
+    (&["mouth"], 20),
+];
+
+fn group(group: &Value) -> Option<Result<LandmarkFile, Fault>> {
+    let values = points_of(group)?;
+    Some(match ibug_order(group, values.len()) {
+        Some(order) => points(order.iter().map(|&i| &values[i])),
+        None => points(values.iter()),
+    })
+}
+
+/// Where each of iBUG's 68 points stands among `count` points; `None` unless the labels name every part.
+fn ibug_order(group: &Value, count: usize) -> Option<Vec<usize>> {
+    let labels = group.get("labels")?.as_array()?;
+    let mut order = Vec::new();
+    for (names, length) in IBUG_PARTS {
+        let is_part = |label: &&Value| {
+            label.get("label").and_then(Value::as_str).is_some_and(|name| names.contains(&name))
+        };
+        let mask = labels.iter().find(is_part)?.get("mask")?.as_array()?;
+        let indices: Vec<usize> = mask.iter().filter_map(Value::as_u64).map(|i| i as usize).collect();
+        if indices.len() != length || indices.iter().any(|&i| i >= count) {
+            return None;
+        }
+        order.extend(indices);
+    }
+    (order.len() == count).then_some(order)
 }
 
 fn points_of(group: &Value) -> Option<&Vec<Value>> {
@@ -117,6 +155,26 @@ mod tests {
         let file = parse("{\"version\":2,\"landmarks\":{\"points\":[[10,20]]}}").unwrap();
         assert_eq!((file.dimensions, file.points[0]), (2, Some(Point3::new(20.0, 10.0, 0.0))));
         assert_eq!(parse(&format(&file)).unwrap(), file);
+    }
+
+    #[test]
+    fn labels_bring_68_points_into_ibug_order() {
+        // The eyes come before the brows, as in menpo3d's own james.ljson.
+        let parts = [("chin", 17), ("leye", 6), ("reye", 6), ("leyebrow", 5), ("nose", 9), ("reyebrow", 5), ("mouth", 20)];
+        let mut next = 0;
+        let labels: Vec<_> = parts
+            .iter()
+            .map(|(label, length)| {
+                let mask: Vec<usize> = (next..next + length).collect();
+                next += length;
+                json!({ "label": label, "mask": mask })
+            })
+            .collect();
+        let points: Vec<_> = (0..68).map(|i| [i, 0, 0]).collect();
+        let file = json!({ "version": 2, "labels": labels, "landmarks": { "points": points } }).to_string();
+        let read = parse(&file).unwrap().points;
+        let xs: Vec<f64> = read.iter().map(|p| p.unwrap().x).collect();
+        assert_eq!((xs[0], xs[17], xs[22], xs[27], xs[36], xs[42], xs[48]), (0.0, 29.0, 43.0, 34.0, 17.0, 23.0, 48.0));
     }
 
     #[test]
