@@ -1,6 +1,9 @@
 //! One picture with its time, and what every source of pictures promises.
 
-use opencv::core::{Mat, MatTraitConst, MatTraitConstManual};
+use opencv::{
+    core::{Mat, MatTraitConst, MatTraitConstManual},
+    imgproc,
+};
 
 use super::{CaptureError, FrameRate, Timestamp};
 
@@ -24,13 +27,9 @@ impl Image {
 
     /// Tightly packed, opaque RGBA rows.
     pub fn to_rgba(&self) -> opencv::Result<Vec<u8>> {
-        let mut rgba = Vec::with_capacity((self.width() * self.height() * 4) as usize);
-        for row in 0..self.height() {
-            for pixel in self.0.at_row::<opencv::core::Vec3b>(row)? {
-                rgba.extend_from_slice(&[pixel[2], pixel[1], pixel[0], 255]);
-            }
-        }
-        Ok(rgba)
+        let mut rgba = Mat::default();
+        imgproc::cvt_color_def(&self.0, &mut rgba, imgproc::COLOR_BGR2RGBA)?;
+        Ok(rgba.data_bytes()?.to_vec())
     }
 
     /// Pixels.
