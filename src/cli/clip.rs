@@ -8,8 +8,10 @@ use understudy::{
     capture::{self, CaptureError, FrameRate, FrameSource},
     head::Camera,
     lift::Smoothing,
-    pipeline::{Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, read_canonical_face},
+    pipeline::{Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target,
+        TargetOptions, performer_face, read_canonical_face},
     tracking::TrackerOptions,
+    view::Gpu,
 };
 
 use super::progress;
@@ -31,6 +33,9 @@ pub struct ClipArgs {
     /// Use the stretch named with --neutral even if the mouth is open, the head turned or the face moving
     #[arg(long)]
     accept_neutral: bool,
+    /// The performer's own neutral scan; without it an average face is fitted to the neutral frames
+    #[arg(long, value_name = "SCAN")]
+    performer: Option<PathBuf>,
     /// How to steady head and face
     #[arg(long, value_enum, default_value_t = SmoothingArg::ZeroPhase)]
     smoothing: SmoothingArg,
@@ -80,7 +85,12 @@ impl ClipArgs {
     ) -> Result<Take, Box<dyn Error>> {
         let mut watch = Stopwatch::default();
         let source = self.open()?;
-        let average = read_canonical_face(&assets.verified("canonical_face")?)?;
+        let mut face = read_canonical_face(&assets.verified("canonical_face")?)?;
+        if let Some(path) = &self.performer {
+            let scan =
+                Target::load(path, &TargetOptions::default(), &Gpu::headless()?, &mut networks.tracker)?;
+            face = performer_face(&scan, &face)?;
+        }
         let bar = progress::bar("tracking", source.info().announced_frames, quiet);
         let performance = Performance::track(
             source,
@@ -104,7 +114,7 @@ impl ClipArgs {
             },
         };
         let motion = watch
-            .time("solve", || Motion::solve(&performance, &average, &mut networks.blendshapes, &options))?;
+            .time("solve", || Motion::solve(&performance, &face, &mut networks.blendshapes, &options))?;
         if !quiet {
             report(&performance, &motion);
         }

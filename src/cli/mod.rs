@@ -5,6 +5,7 @@ mod assets;
 mod clip;
 mod landmark;
 mod progress;
+mod render;
 mod target;
 mod track;
 
@@ -43,6 +44,7 @@ enum Command {
     Animate(Box<animate::Animate>),
     Track(Box<track::Track>),
     Landmark(landmark::Landmark),
+    Render(render::Render),
     Assets(assets::AssetsCommand),
 }
 
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Animate(command) => command.run(cli.quiet),
         Command::Track(command) => command.run(cli.quiet),
         Command::Landmark(command) => command.run(cli.quiet),
+        Command::Render(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

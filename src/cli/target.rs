@@ -41,3 +41,18 @@ pub fn report(target: &Target) {
         if target.unit_guessed { " (guessed; --unit overrides)" } else { "" },
     );
 }
+
+/// A picture's size that every output can take.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let wanted = || "write two even numbers from 64 to 4096, such as 1280x720".to_owned();
+    let (width, height) = text.split_once('x').ok_or_else(wanted)?;
+    let parse = |side: &str| side.trim().parse::<u32>().ok();
+    match (parse(width), parse(height)) {
+        (Some(width), Some(height))
+            if [width, height].iter().all(|side| (64..=4096).contains(side) && side % 2 == 0) =>
+        {
+            Ok([width, height])
+        }
+        _ => Err(wanted()),
+    }
+}

@@ -7,7 +7,7 @@ use super::{PipelineError, Target, photographer::Photographer};
 use crate::{
     scan::NormalSolver,
     tracking::SKIN_LANDMARK_COUNT,
-    view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera, ViewError, beside, dot},
+    view::{Gpu, Look, Renderer, Smoothing, ViewCamera, ViewError, beside, dot},
 };
 
 /// Pixels.
@@ -27,13 +27,12 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
     let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];
     NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
-    let model = Model::upload(gpu, mesh)?;
     let mut renderer = Renderer::new(gpu, SIDE, SIDE, Smoothing::Samples4)?;
     let mut pictures = Vec::new();
     for yaw in YAWS {
         let camera = straight.orbit(f64::to_radians(yaw), 0.0);
         let mut rgba = Vec::new();
-        renderer.draw(&model, &positions, &normals, &Matrix4::identity(), &camera, &Look::default())?;
+        renderer.draw(target.model(), &positions, &normals, &Matrix4::identity(), &camera, &Look::default())?;
         renderer.read(&mut rgba)?;
         let mut picture = RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or(ViewError::Size {
             width: SIDE,

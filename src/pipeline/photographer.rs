@@ -1,5 +1,7 @@
 //! Pictures of a scan, for the networks that know faces from pictures.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix4, Point2, Point3, Rotation3, Vector3};
 
 use super::PipelineError;
@@ -16,7 +18,7 @@ pub(super) const SIZE: [u32; 2] = [640, 640];
 /// Photographs one mesh.
 pub struct Photographer {
     renderer: Renderer,
-    model: Model,
+    model: Arc<Model>,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     rgba: Vec<u8>,
@@ -31,15 +33,15 @@ pub struct Portrait {
 }
 
 impl Photographer {
-    /// Uploads the mesh, in whatever frame and unit it is.
-    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, PipelineError> {
+    /// `model` is the uploaded mesh; `mesh` may be in whatever frame and unit.
+    pub fn new(gpu: &Gpu, model: Arc<Model>, mesh: &Mesh) -> Result<Self, PipelineError> {
         let positions: Vec<[f32; 3]> =
             mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
         let mut normals = vec![[0.0; 3]; positions.len()];
         NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
         Ok(Self {
             renderer: Renderer::new(gpu, SIZE[0], SIZE[1], Smoothing::Off)?,
-            model: Model::upload(gpu, mesh)?,
+            model,
             positions,
             normals,
             rgba: Vec::new(),

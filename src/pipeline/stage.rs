@@ -1,5 +1,7 @@
 //! Where the avatar performs: a camera before it, and pictures of each frame.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix4, Rotation3};
 
 use super::{PipelineError, Target, photographer::Photographer};
@@ -10,7 +12,7 @@ use crate::{
 };
 
 /// Radius of the framed ball over the outer canthal distance: a head with room to move.
-const FRAMING: f64 = 1.9;
+const FRAMING: f64 = 1.7;
 
 /// Whether the avatar's head moves with the performer's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,7 +37,7 @@ impl HeadMode {
 /// Draws one target.
 pub struct Stage {
     renderer: Renderer,
-    model: Model,
+    model: Arc<Model>,
     solver: NormalSolver,
     normals: Vec<[f32; 3]>,
     camera: ViewCamera,
@@ -58,7 +60,7 @@ impl Stage {
         let (centre, eyes) = target.centre_and_eyes();
         Ok(Self {
             renderer: Renderer::new(gpu, size[0], size[1], smoothing)?,
-            model: Model::upload(gpu, mesh)?,
+            model: Arc::clone(target.model()),
             solver: NormalSolver::new(&mesh.triangles, mesh.positions.len()),
             normals: vec![[0.0; 3]; mesh.positions.len()],
             camera: Photographer::camera(centre, FRAMING * eyes, level, size),

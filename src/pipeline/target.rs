@@ -1,6 +1,6 @@
 //! A scan made ready to be driven: read, measured, landmarked, brought level with a performer.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -13,7 +13,7 @@ use crate::{
         guess_from_outer_canthal_distance, read_landmarks, read_mesh,
     },
     tracking::{IBUG_68, LANDMARK_COUNT, LandmarkState, Landmarks, SKIN_LANDMARK_COUNT, Tracker, index},
-    view::{Gpu, Lighting},
+    view::{Gpu, Lighting, Model},
 };
 
 /// Points by which the network's views of two faces are compared: they hardly move with expression.
@@ -40,6 +40,7 @@ pub struct Target {
     pub unit: LengthUnit,
     /// Whether the unit is a guess.
     pub unit_guessed: bool,
+    model: Arc<Model>,
     photographer: Photographer,
     lighting: Lighting,
 }
@@ -65,6 +66,7 @@ impl Target {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let fault = |source| PipelineError::from(ScanError::Mesh { path: path.into(), source });
         let own_surface = Surface::new(&own).map_err(fault)?;
+        let model = Arc::new(Model::upload(gpu, &own)?);
         let (own_landmarks, confidences, facing, lighting) = match &options.landmarks {
             Some(file) => {
                 let points = network_scheme(file, &read_landmarks(file)?)?;
@@ -73,7 +75,7 @@ impl Target {
                 (points, confidences, facing, lightings(&own)[0])
             }
             None => {
-                let mut photographer = Photographer::new(gpu, &own)?;
+                let mut photographer = Photographer::new(gpu, Arc::clone(&model), &own)?;
                 let face = ScanFace::find(&name, &own, &own_surface, &mut photographer, tracker)?;
                 (face.positions(), face.confidences, face.facing, face.lighting)
             }
@@ -86,7 +88,7 @@ impl Target {
         let landmarks = own_landmarks.iter().map(|p| p.map(|p| placement.to_scan(p))).collect();
         let scan = Scan { path: Some(path.into()), ..Scan::new(name, own, placement).map_err(fault)? };
         let surface = Surface::new(&scan.mesh).map_err(fault)?;
-        let photographer = Photographer::new(gpu, &scan.mesh)?;
+        let photographer = Photographer::new(gpu, Arc::clone(&model), &scan.mesh)?;
         Ok(Self {
             scan,
             surface,
@@ -94,6 +96,7 @@ impl Target {
             confidences,
             unit,
             unit_guessed: options.unit.is_none(),
+            model,
             photographer,
             lighting,
         })
@@ -143,6 +146,11 @@ impl Target {
             }
         }
         Ok((TargetFace::new(self.landmarks.clone(), level)?, angles))
+    }
+
+    /// The uploaded mesh: its colours and triangles; positions are given with each picture.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
     }
 
     /// The mesh in the scan frame, millimetres.
