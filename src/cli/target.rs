@@ -30,15 +30,18 @@ fn parse_unit(text: &str) -> Result<LengthUnit, String> {
 pub fn report(target: &Target) {
     let (_, eyes) = target.centre_and_eyes();
     let mesh = target.mesh();
+    let unit = match target.unit {
+        LengthUnit::Custom(scale) => format!("units of {scale:.3} mm"),
+        unit => unit.to_string(),
+    };
     println!(
-        "{}: {} vertices, {} triangles, {} of {} landmarks, eyes {eyes:.0} mm apart, unit {}{}",
+        "{}: {} vertices, {} triangles, {} of {} landmarks, eyes {eyes:.0} mm apart, in {unit}{}",
         target.scan.name,
         mesh.positions.len(),
         mesh.triangles.len(),
         target.landmarks.iter().flatten().count(),
         target.landmarks.len(),
-        target.unit,
-        if target.unit_guessed { " (guessed; --unit overrides)" } else { "" },
+        if target.unit_guessed { " (guessed from the eyes; --unit overrides)" } else { "" },
     );
 }
 

@@ -21,6 +21,10 @@ const RIGID: [usize; 24] =
     [33, 133, 362, 263, 168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 327, 10, 151, 9, 8, 127, 356, 234, 454];
 /// Radius of the framed ball over the outer canthal distance, as when landmarks are found.
 const FRAMING: f64 = 1.55;
+/// Millimetres between the outer eye corners of people and of characters drawn after them.
+const PLAUSIBLE_EYES: std::ops::Range<f64> = 60.0..140.0;
+/// Millimetres between the outer eye corners of an average person.
+const AVERAGE_EYES: f64 = 90.0;
 /// Rounds of levelling; the angle shrinks to a third in each.
 const ROUNDS: usize = 5;
 /// Level enough, radians.
@@ -81,8 +85,7 @@ impl Target {
             }
         };
         let eyes = eye_distance(&own_landmarks);
-        let guess = guess_from_outer_canthal_distance(eyes).unwrap_or(LengthUnit::Millimetre);
-        let unit = options.unit.unwrap_or(guess);
+        let unit = options.unit.unwrap_or_else(|| guess_unit(eyes));
         let placement = Placement::new(facing, Vector3::zeros(), unit.millimetres_per_unit())
             .map_err(|source| ScanError::Placement { path: path.into(), source })?;
         let landmarks = own_landmarks.iter().map(|p| p.map(|p| placement.to_scan(p))).collect();
@@ -162,6 +165,13 @@ impl Target {
 /// The network's rigid points with y up and z towards the camera.
 fn upright_points(landmarks: &Landmarks) -> Vec<Vector3<f64>> {
     RIGID.iter().map(|&i| landmarks.points[i]).map(|p| Vector3::new(p.x, -p.y, -p.z)).collect()
+}
+
+/// The known unit that makes the eyes a person's; where none does, the scale that makes them an average person's.
+fn guess_unit(eyes: f64) -> LengthUnit {
+    guess_from_outer_canthal_distance(eyes)
+        .filter(|unit| PLAUSIBLE_EYES.contains(&(eyes * unit.millimetres_per_unit())))
+        .unwrap_or(LengthUnit::Custom(AVERAGE_EYES / eyes.max(f64::MIN_POSITIVE)))
 }
 
 fn eye_distance(landmarks: &[Option<Point3<f64>>]) -> f64 {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Controls, RigError, TargetFace, Transfer, TransferRule};
+use super::{Controls, RigError, TargetFace, Transfer, TransferRule, regions::split_warp};
 use crate::{
     head::HeadPose,
     lift::{Displacements, Expression, Performer, upright},
@@ -55,10 +55,16 @@ impl Rig {
         if mesh.positions.len() > most {
             return Err(RigError::TooManyVertices { vertices: mesh.positions.len(), most });
         }
-        let lambda = LAMBDA * target.outer_canthal_distance();
-        let options = Options { regularisation: Regularisation::Absolute(lambda), ..Options::default() };
-        let warp = Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, &mesh.positions, options)
-            .map_err(|source| RigError::Spline { what: "the target's control points", source })?;
+        let warp = match rule {
+            TransferRule::Spline => {
+                let lambda = LAMBDA * target.outer_canthal_distance();
+                let options =
+                    Options { regularisation: Regularisation::Absolute(lambda), ..Options::default() };
+                Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, &mesh.positions, options)
+                    .map_err(|source| RigError::Spline { what: "the target's control points", source })?
+            }
+            TransferRule::Thesis => split_warp(target, &controls, &mesh.positions)?,
+        };
         let rest = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
         Ok(Self { transfer, controls, warp, rest, head: HeadFollow::new(performer, target) })
     }

@@ -9,6 +9,7 @@
 mod avatar;
 mod controls;
 mod error;
+mod regions;
 mod target;
 mod transfer;
 

@@ -24,7 +24,7 @@ pub enum TransferRule {
     /// Bent by the regularised landmark spline.
     #[default]
     Spline,
-    /// 000 eq. 5.8 below the nose, eq. 5.10 above.
+    /// 000 eq. 5.8 below the tip of the nose, eq. 5.10 above, and a warp for each of the two regions.
     Thesis,
 }
 
