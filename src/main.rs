@@ -6,6 +6,6 @@ mod environment;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    environment::quiet_device_selection();
+    environment::quiet_libraries();
     cli::run()
 }

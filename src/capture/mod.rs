@@ -2,6 +2,7 @@
 
 mod error;
 mod frame;
+mod packet_times;
 mod pictures;
 mod time;
 mod video;

@@ -8,7 +8,13 @@ use opencv::{
     videoio,
 };
 
-use super::{CaptureError, ClipInfo, Frame, FrameRate, FrameSource, Image, Timestamp, error::MIN_SIDE};
+use super::{
+    CaptureError, ClipInfo, Frame, FrameRate, FrameSource, Image, Timestamp, error::MIN_SIDE,
+    packet_times::packet_times,
+};
+
+/// Nanoseconds between two accounts of one frame's time.
+const AGREEMENT: i64 = 2_000;
 
 /// A video file with the container's own timestamps; the rotation flag is applied.
 pub struct VideoFile {
@@ -20,6 +26,8 @@ pub struct VideoFile {
     next_index: u64,
     first_milliseconds: f64,
     previous: Option<Timestamp>,
+    /// What the packets say; read when the decoder first withholds a time.
+    stated: Option<Vec<Timestamp>>,
 }
 
 impl VideoFile {
@@ -67,19 +75,32 @@ impl VideoFile {
             next_index: 0,
             first_milliseconds,
             previous: None,
+            stated: None,
         })
     }
 
-    /// The container's time where it moves forward; one nominal frame later where it does not.
+    /// The decoder's time where it moves forward; where it does not, the container's own time of the frame, or one
+    /// nominal frame later.
     fn stamp(&mut self, milliseconds: f64) -> Timestamp {
         let container = Timestamp(((milliseconds - self.first_milliseconds) * 1e6).round() as i64);
         let stamp = match self.previous {
             None => Timestamp(0),
             Some(previous) if container > previous => container,
-            Some(previous) => Timestamp(previous.0 + self.info.rate.tick(1).0.max(1)),
+            Some(previous) => {
+                self.stated_after(previous).unwrap_or(Timestamp(previous.0 + self.info.rate.tick(1).0.max(1)))
+            }
         };
         self.previous = Some(stamp);
         stamp
+    }
+
+    /// The time that the container states for the next frame, if it agrees with the one before.
+    fn stated_after(&mut self, previous: Timestamp) -> Option<Timestamp> {
+        let stated = self.stated.get_or_insert_with(|| packet_times(&self.path).unwrap_or_default());
+        let next = usize::try_from(self.next_index).ok()?;
+        let before = stated.get(next.checked_sub(1)?)?;
+        let time = *stated.get(next)?;
+        ((before.0 - previous.0).abs() < AGREEMENT && time > previous).then_some(time)
     }
 }
 

@@ -15,7 +15,7 @@ use understudy::{
 use super::{
     Outcome,
     clip::ClipArgs,
-    progress,
+    inputs, progress,
     target::{ScanArgs, parse_size, report},
 };
 
@@ -179,6 +179,7 @@ impl Animate {
         let mut outputs = Vec::new();
         for path in &self.output {
             outputs.push((Kind::of(path)?, path));
+            inputs::spare(path, &[&self.clip.clip, &self.target])?;
             drop(Draft::create(path)?);
         }
         Ok(outputs)

@@ -114,7 +114,8 @@ impl ClipArgs {
             },
         };
         let motion = watch
-            .time("solve", || Motion::solve(&performance, &face, &mut networks.blendshapes, &options))?;
+            .time("solve", || Motion::solve(&performance, &face, &mut networks.blendshapes, &options))
+            .map_err(|error| format!("{}: {error}", self.clip.display()))?;
         if !quiet {
             report(&performance, &motion);
         }

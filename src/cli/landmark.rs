@@ -13,7 +13,7 @@ use understudy::{
 };
 
 use super::{
-    Outcome,
+    Outcome, inputs,
     target::{ScanArgs, report},
 };
 
@@ -44,6 +44,9 @@ pub struct Landmark {
 
 impl Landmark {
     pub fn run(&self, quiet: bool) -> Outcome {
+        for output in &self.output {
+            inputs::spare(output, &[&self.scan])?;
+        }
         let assets = Assets::locate()?;
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
         let gpu = Gpu::headless()?;

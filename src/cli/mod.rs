@@ -3,6 +3,7 @@
 mod animate;
 mod assets;
 mod clip;
+mod inputs;
 mod landmark;
 mod progress;
 mod render;

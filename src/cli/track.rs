@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use understudy::{assets::Assets, pipeline::write_motion};
 
-use super::{Outcome, clip::ClipArgs};
+use super::{Outcome, clip::ClipArgs, inputs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,6 +32,7 @@ pub struct Track {
 
 impl Track {
     pub fn run(&self, quiet: bool) -> Outcome {
+        inputs::spare(&self.output, &[&self.clip.clip])?;
         drop(self.clip.open()?);
         let assets = Assets::locate()?;
         let networks = ClipArgs::networks(&assets)?;

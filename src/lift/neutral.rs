@@ -171,7 +171,7 @@ impl<'a> NeutralSearch<'a> {
         end: f64,
         mut smile: impl FnMut(&Landmarks) -> Result<f64, E>,
     ) -> Result<Result<NeutralStretch, LiftError>, E> {
-        let inside = |c: &Candidate| (start..=end).contains(&c.time.seconds());
+        let inside = |c: &Candidate| (start - 1e-6..=end + 1e-6).contains(&c.time.seconds());
         let Some(first) = self.candidates.iter().position(inside) else {
             let duration = self.candidates.last().map_or(0.0, |c| c.time.seconds());
             return Ok(Err(LiftError::EmptyNeutral { start, end, duration }));

@@ -53,7 +53,7 @@ pub enum PipelineError {
     )]
     NoFaceOnScan {
         /// The scan.
-        scan: String,
+        scan: std::path::PathBuf,
     },
     /// A landmark file with another number of points.
     #[error(

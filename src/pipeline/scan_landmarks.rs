@@ -3,6 +3,8 @@
 //! A frontal picture finds the face and its size; pictures from both sides then see the cheeks and the nose less
 //! steeply. Each landmark is the mean of what all pictures say, weighted by how squarely each sees it.
 
+use std::path::Path;
+
 use nalgebra::{Point3, Rotation3, Vector2, Vector3};
 
 use super::{
@@ -42,9 +44,9 @@ pub struct ScanFace {
 }
 
 impl ScanFace {
-    /// Looks for a face on a mesh in its own frame and unit. `name` is for messages.
+    /// Looks for a face on a mesh in its own frame and unit. `path` is for messages.
     pub fn find(
-        name: &str,
+        path: &Path,
         mesh: &Mesh,
         surface: &Surface,
         photographer: &mut Photographer,
@@ -63,7 +65,7 @@ impl ScanFace {
                 break;
             }
         }
-        let (facing, lighting, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: name.to_owned() })?;
+        let (facing, lighting, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: path.into() })?;
 
         let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing, SIZE);
         let mut portraits = Vec::new();
@@ -72,7 +74,7 @@ impl ScanFace {
             portraits.extend(photographer.portrait(side, lighting, tracker)?);
         }
         if portraits.is_empty() {
-            return Err(PipelineError::NoFaceOnScan { scan: name.to_owned() });
+            return Err(PipelineError::NoFaceOnScan { scan: path.into() });
         }
         let (landmarks, confidences) = combine(&portraits, surface, measure.eyes).into_iter().unzip();
         Ok(Self { landmarks, confidences, facing, lighting })

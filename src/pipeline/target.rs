@@ -80,7 +80,7 @@ impl Target {
             }
             None => {
                 let mut photographer = Photographer::new(gpu, Arc::clone(&model), &own)?;
-                let face = ScanFace::find(&name, &own, &own_surface, &mut photographer, tracker)?;
+                let face = ScanFace::find(path, &own, &own_surface, &mut photographer, tracker)?;
                 (face.positions(), face.confidences, face.facing, face.lighting)
             }
         };
