@@ -5,10 +5,13 @@
 use std::path::Path;
 
 use nalgebra::Vector2;
-use opencv::{core, imgproc, prelude::*};
+use opencv::{core, imgproc};
 use ort::{session::Session, value::TensorRef};
 
-use super::{FaceRegion, Runtime, TrackingError};
+use super::{
+    FaceRegion, Runtime, TrackingError,
+    input::{Shades, fill_input, shades},
+};
 use crate::capture::Image;
 
 /// Scores below are no faces.
@@ -109,6 +112,7 @@ pub struct Detector {
     layout: DetectorLayout,
     session: Session,
     anchors: Vec<Vector2<f64>>,
+    shades: Shades,
     input: Vec<f32>,
     crop: core::Mat,
 }
@@ -132,7 +136,8 @@ impl Detector {
         let anchors =
             layout.grids.iter().flat_map(|&(cells, per_cell)| cell_centres(cells, per_cell)).collect();
         let input = vec![0.0; (layout.input * layout.input * 3) as usize];
-        Ok(Self { layout, session, anchors, input, crop: core::Mat::default() })
+        let shades = shades(|byte| byte / 127.5 - 1.0);
+        Ok(Self { layout, session, anchors, shades, input, crop: core::Mat::default() })
     }
 
     /// All faces in the whole picture, best score first.
@@ -175,11 +180,7 @@ impl Detector {
             core::BORDER_CONSTANT,
             core::Scalar::default(),
         )?;
-        for (pixel, values) in self.crop.data_bytes()?.chunks_exact(3).zip(self.input.chunks_exact_mut(3)) {
-            for channel in 0..3 {
-                values[channel] = f32::from(pixel[2 - channel]) / 127.5 - 1.0;
-            }
-        }
+        fill_input(&self.crop, &self.shades, &mut self.input)?;
         let failed = |source| TrackingError::Inference { network: self.layout.name, source };
         let side = i64::from(size);
         let tensor =

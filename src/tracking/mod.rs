@@ -8,6 +8,7 @@ mod detector;
 mod error;
 pub mod filter;
 mod ibug;
+mod input;
 mod landmarks;
 mod network;
 mod region;

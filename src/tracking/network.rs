@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use nalgebra::{Vector2, Vector3};
-use opencv::{core, prelude::*};
+use opencv::core;
 use ort::{session::Session, value::TensorRef};
 
 use super::{
     FaceRegion, Runtime, TrackingError,
+    input::{Shades, fill_input, shades},
     landmarks::{LANDMARK_COUNT, LandmarkState, Landmarks},
 };
 use crate::capture::Image;
@@ -22,6 +23,7 @@ const OUTSIDE: f64 = 0.01;
 /// The loaded network.
 pub struct LandmarkNetwork {
     session: Session,
+    shades: Shades,
     input: Vec<f32>,
     crop: core::Mat,
 }
@@ -41,17 +43,14 @@ impl LandmarkNetwork {
             });
         }
         let input = vec![0.0; (INPUT * INPUT * 3) as usize];
-        Ok(Self { session, input, crop: core::Mat::default() })
+        let shades = shades(|byte| byte / 255.0);
+        Ok(Self { session, shades, input, crop: core::Mat::default() })
     }
 
     /// Landmarks of the face in `region`; whether there is one, `presence` tells.
     pub fn run(&mut self, image: &Image, region: FaceRegion) -> Result<Landmarks, TrackingError> {
         region.cut(image, INPUT, &mut self.crop)?;
-        for (pixel, values) in self.crop.data_bytes()?.chunks_exact(3).zip(self.input.chunks_exact_mut(3)) {
-            for channel in 0..3 {
-                values[channel] = f32::from(pixel[2 - channel]) / 255.0;
-            }
-        }
+        fill_input(&self.crop, &self.shades, &mut self.input)?;
         let failed = |source| TrackingError::Inference { network: "landmark", source };
         let side = i64::from(INPUT);
         let tensor =
