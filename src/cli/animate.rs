@@ -88,7 +88,8 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path) -> Result<Self, String> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        let extension =
+            path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         match extension.as_str() {
             "mp4" => Ok(Self::Mp4),
             "glb" => Ok(Self::Glb),

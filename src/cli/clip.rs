@@ -8,8 +8,10 @@ use understudy::{
     capture::{self, CaptureError, FrameRate, FrameSource},
     head::Camera,
     lift::Smoothing,
-    pipeline::{Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target,
-        TargetOptions, performer_face, read_canonical_face},
+    pipeline::{
+        Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target, TargetOptions,
+        performer_face, read_canonical_face,
+    },
     tracking::TrackerOptions,
     view::Gpu,
 };

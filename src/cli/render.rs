@@ -84,7 +84,8 @@ impl Render {
         let mut rgba = Vec::new();
         renderer.draw(&model, &positions, &normals, &world, &camera, &look)?;
         renderer.read(&mut rgba)?;
-        let picture = RgbaImage::from_raw(width, height, rgba).ok_or("the picture came back in another size")?;
+        let picture =
+            RgbaImage::from_raw(width, height, rgba).ok_or("the picture came back in another size")?;
         save_png(&self.output, &picture)?;
         if !quiet {
             println!("wrote {} (drawn by {})", self.output.display(), renderer.adapter_name());

@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use understudy::{pipeline::{Target, TargetOptions}, scan::LengthUnit};
+use understudy::{
+    pipeline::{Target, TargetOptions},
+    scan::LengthUnit,
+};
 
 /// How a scan is read.
 #[derive(Args)]

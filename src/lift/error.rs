@@ -26,7 +26,9 @@ pub enum LiftError {
         reasons: String,
     },
     /// The stretch named by the user has no tracked frame.
-    #[error("no tracked frame lies between {start:.2} and {end:.2} s; the last one is at {duration:.2} s. Name another stretch with --neutral START..END or leave it out")]
+    #[error(
+        "no tracked frame lies between {start:.2} and {end:.2} s; the last one is at {duration:.2} s. Name another stretch with --neutral START..END or leave it out"
+    )]
     EmptyNeutral {
         /// Seconds.
         start: f64,

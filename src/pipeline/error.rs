@@ -1,8 +1,15 @@
 //! Every error of the stages, for those who join them.
 
 use crate::{
-    assets::AssetError, capture::CaptureError, export::{ExportError, MorphBasisError}, lift::LiftError, rig::RigError,
-    scan::ScanError, spline::SplineError, tracking::TrackingError, view::ViewError,
+    assets::AssetError,
+    capture::CaptureError,
+    export::{ExportError, MorphBasisError},
+    lift::LiftError,
+    rig::RigError,
+    scan::ScanError,
+    spline::SplineError,
+    tracking::TrackingError,
+    view::ViewError,
 };
 
 /// A stage's error, or one of joining them.

@@ -32,7 +32,14 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
     for yaw in YAWS {
         let camera = straight.orbit(f64::to_radians(yaw), 0.0);
         let mut rgba = Vec::new();
-        renderer.draw(target.model(), &positions, &normals, &Matrix4::identity(), &camera, &Look::default())?;
+        renderer.draw(
+            target.model(),
+            &positions,
+            &normals,
+            &Matrix4::identity(),
+            &camera,
+            &Look::default(),
+        )?;
         renderer.read(&mut rgba)?;
         let mut picture = RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or(ViewError::Size {
             width: SIDE,
@@ -40,7 +47,9 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
             reason: "the picture came back in another size".into(),
         })?;
         for (i, landmark) in target.landmarks.iter().enumerate() {
-            if let Some(pixel) = landmark.filter(|p| is_seen(target, &camera, p)).and_then(|p| camera.project(p)) {
+            if let Some(pixel) =
+                landmark.filter(|p| is_seen(target, &camera, p)).and_then(|p| camera.project(p))
+            {
                 dot(&mut picture, pixel, 1.8, if i < SKIN_LANDMARK_COUNT { SKIN } else { IRIS });
             }
         }

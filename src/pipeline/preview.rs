@@ -42,7 +42,11 @@ pub fn preview_sheet(
 fn picture(size: [u32; 2], rgba: Vec<u8>) -> Result<RgbaImage, ViewError> {
     let [width, height] = size;
     let reason = || "the picture came back in another size".to_owned();
-    RgbaImage::from_raw(width, height, rgba).ok_or_else(|| ViewError::Size { width, height, reason: reason() })
+    RgbaImage::from_raw(width, height, rgba).ok_or_else(|| ViewError::Size {
+        width,
+        height,
+        reason: reason(),
+    })
 }
 
 /// Frames in order of time: the calmest, then each time the one least like those chosen.
@@ -56,7 +60,9 @@ fn most_different(animation: &Animation) -> Vec<usize> {
         for (distance, moved) in distances.iter_mut().zip(&controls) {
             *distance = distance.min((moved - last).norm());
         }
-        let Some(next) = (0..controls.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])) else { break };
+        let Some(next) = (0..controls.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])) else {
+            break;
+        };
         chosen.push(next);
     }
     chosen.sort_unstable();

@@ -54,7 +54,8 @@ impl ScanFace {
     ) -> Result<Self, PipelineError> {
         let (centre, radius) = bounding_ball(mesh);
         let mut first = None;
-        let attempts = orientations().into_iter().flat_map(|facing| lightings(mesh).iter().map(move |l| (facing, *l)));
+        let attempts =
+            orientations().into_iter().flat_map(|facing| lightings(mesh).iter().map(move |l| (facing, *l)));
         for (facing, lighting) in attempts {
             let camera = Photographer::camera(centre, radius, &facing, SIZE);
             if let Some(portrait) = photographer.portrait(camera, lighting, tracker)?
@@ -65,7 +66,8 @@ impl ScanFace {
                 break;
             }
         }
-        let (facing, lighting, measure) = first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: path.into() })?;
+        let (facing, lighting, measure) =
+            first.ok_or_else(|| PipelineError::NoFaceOnScan { scan: path.into() })?;
 
         let camera = Photographer::camera(measure.centre, FRAMING * measure.eyes, &facing, SIZE);
         let mut portraits = Vec::new();

@@ -4,7 +4,11 @@ use std::{path::Path, sync::Arc};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::{PipelineError, photographer::{Photographer, SIZE}, scan_landmarks::{ScanFace, lightings}};
+use super::{
+    PipelineError,
+    photographer::{Photographer, SIZE},
+    scan_landmarks::{ScanFace, lightings},
+};
 use crate::{
     head::rotation_between,
     rig::TargetFace,

@@ -160,7 +160,15 @@ mod tests {
     #[test]
     fn labels_bring_68_points_into_ibug_order() {
         // The eyes come before the brows, as in menpo3d's own james.ljson.
-        let parts = [("chin", 17), ("leye", 6), ("reye", 6), ("leyebrow", 5), ("nose", 9), ("reyebrow", 5), ("mouth", 20)];
+        let parts = [
+            ("chin", 17),
+            ("leye", 6),
+            ("reye", 6),
+            ("leyebrow", 5),
+            ("nose", 9),
+            ("reyebrow", 5),
+            ("mouth", 20),
+        ];
         let mut next = 0;
         let labels: Vec<_> = parts
             .iter()
@@ -174,7 +182,10 @@ mod tests {
         let file = json!({ "version": 2, "labels": labels, "landmarks": { "points": points } }).to_string();
         let read = parse(&file).unwrap().points;
         let xs: Vec<f64> = read.iter().map(|p| p.unwrap().x).collect();
-        assert_eq!((xs[0], xs[17], xs[22], xs[27], xs[36], xs[42], xs[48]), (0.0, 29.0, 43.0, 34.0, 17.0, 23.0, 48.0));
+        assert_eq!(
+            (xs[0], xs[17], xs[22], xs[27], xs[36], xs[42], xs[48]),
+            (0.0, 29.0, 43.0, 34.0, 17.0, 23.0, 48.0)
+        );
     }
 
     #[test]
