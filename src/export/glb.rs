@@ -59,7 +59,7 @@ pub struct GlbAvatar<'a> {
 
 /// Writes `avatar` to `path`.
 ///
-/// Vertices on texture seams are split, textures are embedded as their files' bytes, vertex colours become linear
+/// Vertices on texture seams are split, textures are embedded as their files' bytes or, with other sides than powers of two, resized, vertex colours become linear
 /// `COLOR_0` where there is no texture, and morph names stand in `mesh.extras.targetNames`. Left out: vertices of no
 /// triangle, triangles that use a vertex twice, materials of no triangle, texture coordinates without a texture.
 /// Refuses arrays of the wrong length, indices out of range, numbers that are not finite, times that do not increase

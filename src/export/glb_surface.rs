@@ -12,6 +12,7 @@ use gltf_json::validation::Checked::Valid;
 
 use super::glb::GlbAvatar;
 use super::glb_buffer::GlbBuffer;
+use super::glb_image::power_of_two;
 use crate::scan::{Mesh, Texture, TextureFormat};
 
 const ROUGHNESS: f32 = 0.8;
@@ -163,7 +164,7 @@ impl Looks {
         let source = Index::push(
             &mut root.images,
             json::Image {
-                buffer_view: Some(buffer.push_bytes(&texture.bytes)),
+                buffer_view: Some(buffer.push_bytes(&power_of_two(texture))),
                 mime_type: Some(json::image::MimeType(mime.into())),
                 name: Some(texture.name.clone()),
                 uri: None,

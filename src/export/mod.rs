@@ -17,6 +17,7 @@ mod error;
 
 mod glb;
 mod glb_buffer;
+mod glb_image;
 mod glb_motion;
 mod glb_surface;
 mod morph_basis;
