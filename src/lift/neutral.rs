@@ -319,6 +319,7 @@ mod tests {
             .collect()
     }
 
+    #[allow(clippy::unnecessary_wraps)] // the search takes scores that may fail
     fn never(_: &Landmarks) -> Result<f64, std::convert::Infallible> {
         Ok(0.0)
     }

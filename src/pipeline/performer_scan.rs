@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::{PipelineError, Target};
 use crate::{
     rig::RigError,
-    spline::{Kernel, Spline},
+    spline::{Kernel, Options, Spline},
     tracking::SKIN_LANDMARK_COUNT,
 };
 
@@ -20,7 +20,7 @@ pub fn performer_face(scan: &Target, average: &[Point3<f64>]) -> Result<Vec<Poin
     if centres.len() == average.len() {
         return Ok(values.into_iter().map(Point3::from).collect());
     }
-    let spline = Spline::fit(Kernel::ThinPlate, &centres, &values, Default::default())
+    let spline = Spline::fit(Kernel::ThinPlate, &centres, &values, Options::default())
         .map_err(|source| RigError::Spline { what: "the performer's scan", source })?;
     Ok(average
         .iter()

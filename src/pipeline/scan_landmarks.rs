@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Point3, Rotation3, Vector2, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::{
     PipelineError,
@@ -29,6 +29,8 @@ const DISAGREEMENT: f64 = 0.12;
 const UPRIGHT: f64 = 0.7;
 /// Steps by which a point of the outline is drawn towards the face until it lies on skin.
 const OUTLINE_STEPS: usize = 10;
+/// Each of them over the way to the tip of the nose.
+const OUTLINE_STEP: f64 = 0.01;
 
 /// A face found on a scan.
 #[derive(Debug, Clone)]
@@ -116,9 +118,11 @@ impl Measure {
 fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<SurfacePoint>, f64)> {
     (0..LANDMARK_COUNT)
         .map(|landmark| {
-            let outline = landmark_table()[landmark].region == Region::Oval;
-            // Each picture has its own silhouette: only the first one's is the face's.
-            let views = if outline { &portraits[..1] } else { portraits };
+            let region = landmark_table()[landmark].region;
+            let outline = region == Region::Oval;
+            // Each picture has its own silhouette, and its own idea of where a rim lies that rolls out of sight: the
+            // outline, the lids and the lips are taken from the frontal one.
+            let views = if matches!(region, Region::Oval | Region::Lids | Region::Lips) { &portraits[..1] } else { portraits };
             let sightings: Vec<_> =
                 views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
             let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position)
@@ -148,14 +152,11 @@ fn sight(
     let pixel = portrait.landmarks.pixel(landmark);
     let middle = portrait.landmarks.pixel(index::NOSE_TIP);
     let steps = if outline { OUTLINE_STEPS } else { 1 };
-    (0..steps)
-        .map(|step| pixel + (middle - pixel) * (0.01 * step as f64))
-        .filter_map(|pixel: Vector2<f64>| {
-            let point = portrait.cast(pixel, surface)?;
-            let facing = portrait.facing(&point);
-            (facing > GRAZING).then_some((point, facing))
-        })
-        .next()
+    (0..steps).find_map(|step| {
+        let point = portrait.cast(pixel + (middle - pixel) * (OUTLINE_STEP * step as f64), surface)?;
+        let facing = portrait.facing(&point);
+        (facing > GRAZING).then_some((point, facing))
+    })
 }
 
 /// Radians by which the eyes are off level in the picture.

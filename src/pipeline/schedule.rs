@@ -8,13 +8,11 @@ use crate::capture::{FrameRate, Timestamp};
 /// For each tick the index into `times`, which ascend.
 pub fn constant_rate(times: &[Timestamp], rate: FrameRate) -> Vec<usize> {
     let Some(last) = times.last() else { return Vec::new() };
-    let half = rate.tick(1).0 / 2;
+    let last_tick = (last.seconds() * rate.per_second()).round() as u64;
     let mut shown = 0;
-    (0..)
-        .map(|tick| rate.tick(tick))
-        .take_while(|tick| tick.0 <= last.0 + half)
+    (0..=last_tick)
         .map(|tick| {
-            let distance = |i: usize| (times[i].0 - tick.0).abs();
+            let distance = |i: usize| (times[i].0 - rate.tick(tick).0).abs();
             while shown + 1 < times.len() && distance(shown + 1) <= distance(shown) {
                 shown += 1;
             }

@@ -75,18 +75,15 @@ impl Target {
         let fault = |source| PipelineError::from(ScanError::Mesh { path: path.into(), source });
         let own_surface = Surface::new(&own).map_err(fault)?;
         let model = Arc::new(Model::upload(gpu, &own)?);
-        let (own_landmarks, confidences, facing, lighting) = match &options.landmarks {
-            Some(file) => {
-                let points = network_scheme(file, &read_landmarks(file)?)?;
-                let confidences = points.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
-                let facing = facing_of(&points);
-                (points, confidences, facing, lightings(&own)[0])
-            }
-            None => {
-                let mut photographer = Photographer::new(gpu, Arc::clone(&model), &own)?;
-                let face = ScanFace::find(path, &own, &own_surface, &mut photographer, tracker)?;
-                (face.positions(), face.confidences, face.facing, face.lighting)
-            }
+        let (own_landmarks, confidences, facing, lighting) = if let Some(file) = &options.landmarks {
+            let points = network_scheme(file, &read_landmarks(file)?)?;
+            let confidences = points.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
+            let facing = facing_of(&points);
+            (points, confidences, facing, lightings(&own)[0])
+        } else {
+            let mut photographer = Photographer::new(gpu, Arc::clone(&model), &own)?;
+            let face = ScanFace::find(path, &own, &own_surface, &mut photographer, tracker)?;
+            (face.positions(), face.confidences, face.facing, face.lighting)
         };
         let eyes = eye_distance(&own_landmarks);
         let unit = options.unit.unwrap_or_else(|| guess_unit(eyes));
