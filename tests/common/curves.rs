@@ -27,8 +27,8 @@ pub const MEASURES: [Measure; 9] = [
     Measure { name: "right brow", of: |f| -f.below_the_eyes(index::RIGHT_BROW) },
     Measure { name: "left brow", of: |f| -f.below_the_eyes(index::LEFT_BROW) },
     Measure { name: "lids", of: |f| f64::midpoint(f.right_eye(), f.left_eye()) },
-    Measure { name: "right lids", of: Face::right_eye },
-    Measure { name: "left lids", of: Face::left_eye },
+    Measure { name: "right lids", of: |f| f.right_eye() },
+    Measure { name: "left lids", of: |f| f.left_eye() },
 ];
 
 impl Face<'_> {
