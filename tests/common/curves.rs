@@ -6,6 +6,9 @@ use understudy::{export::MotionRecord, tracking::index};
 
 type Point = [f64; 2];
 
+/// Lower edge of the lower lip, in its middle.
+const LOWER_LIP: usize = 17;
+
 /// A named measure of one face, in outer canthal distances.
 pub struct Measure {
     pub name: &'static str,
@@ -16,9 +19,10 @@ pub struct Measure {
 struct Face<'a>(&'a MotionRecord);
 
 /// What the tests look at.
-pub const MEASURES: [Measure; 9] = [
+pub const MEASURES: [Measure; 10] = [
     Measure { name: "mouth gap", of: |f| f.distance(index::UPPER_LIP_INNER, index::LOWER_LIP_INNER) },
     Measure { name: "mouth width", of: |f| f.distance(index::MOUTH_RIGHT, index::MOUTH_LEFT) },
+    Measure { name: "lower lip", of: |f| f.below_the_eyes(LOWER_LIP) },
     Measure { name: "chin", of: |f| f.below_the_eyes(index::CHIN) },
     Measure {
         name: "brows",
@@ -27,8 +31,8 @@ pub const MEASURES: [Measure; 9] = [
     Measure { name: "right brow", of: |f| -f.below_the_eyes(index::RIGHT_BROW) },
     Measure { name: "left brow", of: |f| -f.below_the_eyes(index::LEFT_BROW) },
     Measure { name: "lids", of: |f| f64::midpoint(f.right_eye(), f.left_eye()) },
-    Measure { name: "right lids", of: Face::right_eye },
-    Measure { name: "left lids", of: Face::left_eye },
+    Measure { name: "right lids", of: |f| f.right_eye() },
+    Measure { name: "left lids", of: |f| f.left_eye() },
 ];
 
 impl Face<'_> {
