@@ -2,7 +2,9 @@
 
 use std::{borrow::Cow, io::Cursor};
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, codecs::jpeg::JpegEncoder, imageops::FilterType};
+use image::{
+    DynamicImage, ImageDecoder, ImageFormat, ImageReader, codecs::jpeg::JpegEncoder, imageops::FilterType,
+};
 
 use crate::scan::{Texture, TextureFormat};
 
@@ -19,7 +21,8 @@ pub(super) fn power_of_two(texture: &Texture) -> Cow<'_, [u8]> {
 }
 
 fn resized(texture: &Texture) -> Option<Vec<u8>> {
-    let mut decoder = ImageReader::new(Cursor::new(&texture.bytes)).with_guessed_format().ok()?.into_decoder().ok()?;
+    let mut decoder =
+        ImageReader::new(Cursor::new(&texture.bytes)).with_guessed_format().ok()?.into_decoder().ok()?;
     let (width, height) = decoder.dimensions();
     if width.is_power_of_two() && height.is_power_of_two() {
         return None;

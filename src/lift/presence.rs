@@ -178,7 +178,9 @@ mod tests {
         for frame in 2..60 {
             let (shown, state) = presence.show(time(frame), None);
             let amount = shown.displacements.vectors[61].y;
-            assert!(amount <= previous + 1e-12 && (state != FaceState::Holding || (amount - 10.0).abs() < 1e-12));
+            assert!(
+                amount <= previous + 1e-12 && (state != FaceState::Holding || (amount - 10.0).abs() < 1e-12)
+            );
             previous = amount;
             states.push(state);
         }

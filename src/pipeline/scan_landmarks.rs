@@ -122,7 +122,11 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
             let outline = region == Region::Oval;
             // Each picture has its own silhouette, and its own idea of where a rim lies that rolls out of sight: the
             // outline, the lids and the lips are taken from the frontal one.
-            let views = if matches!(region, Region::Oval | Region::Lids | Region::Lips) { &portraits[..1] } else { portraits };
+            let views = if matches!(region, Region::Oval | Region::Lids | Region::Lips) {
+                &portraits[..1]
+            } else {
+                portraits
+            };
             let sightings: Vec<_> =
                 views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
             let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position)

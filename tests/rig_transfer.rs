@@ -1,0 +1,172 @@
+//! Transfer and warp against what must come out of them: a target that is the performer's own face, turned and scaled,
+//! must move as the performer does, turned and scaled.
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use understudy::{
+    assets::Assets,
+    head::{Camera, HeadPose},
+    lift::{Displacements, Expression, Performer, frontal_pose},
+    pipeline::read_canonical_face,
+    rig::{Rig, TargetFace, TransferRule},
+    scan::{Mesh, Surface},
+    tracking::{LANDMARK_COUNT, LandmarkState, Landmarks, index},
+};
+
+const SCALE: f64 = 1.3;
+
+struct Pair {
+    performer: Performer,
+    target: TargetFace,
+    mesh: Mesh,
+    surface: Surface,
+    /// From the performer's scan frame to the target's.
+    turn: Rotation3<f64>,
+}
+
+/// The canonical face before a camera, and the same face 1.3 times as large, scanned with the chin up.
+fn pair() -> Pair {
+    let file = Assets::locate().unwrap().verified("canonical_face").unwrap();
+    let average = read_canonical_face(&file).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    let triangles: Vec<[u32; 3]> = serde_json::from_value(json["triangles"].clone()).unwrap();
+
+    let camera = Camera::with_field_of_view(640, 480, 60.0).unwrap();
+    let rest = frontal_pose();
+    let mut points: Vec<Vector3<f64>> = average
+        .iter()
+        .map(|p| {
+            let placed = rest.to_camera(p);
+            let pixel = camera.project(&placed);
+            Vector3::new(
+                pixel.x,
+                pixel.y,
+                (placed.z - rest.translation.z) * camera.focal / rest.translation.z,
+            )
+        })
+        .collect();
+    points.resize(LANDMARK_COUNT, points[index::RIGHT_EYE_INNER]);
+    let landmarks =
+        Landmarks { points, states: vec![LandmarkState::Observed; LANDMARK_COUNT], presence: 1.0 };
+    let performer = Performer::from_average_face(camera, &average, &[&landmarks]).unwrap();
+
+    let chin_up = Rotation3::from_axis_angle(&Vector3::x_axis(), -0.3);
+    let turn = chin_up * performer.rest().rotation.inverse() * rest.rotation;
+    let positions: Vec<Point3<f64>> = average.iter().map(|p| chin_up * p * SCALE).collect();
+    let mut target_landmarks: Vec<_> = positions.iter().copied().map(Some).collect();
+    target_landmarks.resize(LANDMARK_COUNT, None);
+    let target = TargetFace::new(target_landmarks, chin_up.inverse()).unwrap();
+    let mesh = Mesh { positions, triangles, ..Mesh::default() };
+    let surface = Surface::new(&mesh).unwrap();
+    Pair { performer, target, mesh, surface, turn }
+}
+
+fn rig(pair: &Pair, rule: TransferRule) -> Rig {
+    Rig::new(&pair.performer, &pair.target, &pair.mesh, &pair.surface, rule).unwrap()
+}
+
+/// The lower face drops and the brows rise, smoothly over the face.
+fn expression(performer: &Performer) -> Expression {
+    let mut displacements = Displacements::neutral();
+    for (vector, point) in displacements.vectors.iter_mut().zip(performer.neutral()) {
+        let lower = 1.0 / (1.0 + ((point.y + 20.0) / 8.0).exp());
+        let upper = 1.0 / (1.0 + ((45.0 - point.y) / 6.0).exp());
+        *vector = Vector3::new(0.0, -20.0 * lower + 6.0 * upper, -4.0 * lower);
+    }
+    Expression { pose: *performer.rest(), displacements }
+}
+
+#[test]
+fn the_neutral_is_the_scan_itself() {
+    let pair = pair();
+    for rule in [TransferRule::Spline, TransferRule::Thesis] {
+        let rig = rig(&pair, rule);
+        let mut frame = rig.new_frame();
+        let neutral = Expression { pose: *pair.performer.rest(), displacements: Displacements::neutral() };
+        rig.pose(&neutral, &mut frame).unwrap();
+        assert_eq!(frame.positions, rig.rest());
+        assert!(frame.head.rotation.angle() < 1e-9 && frame.head.translation.vector.norm() < 1e-6);
+    }
+}
+
+#[test]
+fn the_spline_rule_turns_and_scales_motions_with_the_face() {
+    let pair = pair();
+    let rig = rig(&pair, TransferRule::Spline);
+    let expression = expression(&pair.performer);
+    let mut controls = rig.new_frame().controls;
+    rig.pose_controls(&expression.displacements, &mut controls);
+    for (control, &landmark) in controls.iter().zip(&rig.controls().landmarks) {
+        let wanted = pair.turn * expression.displacements.vectors[landmark] * SCALE;
+        let found = Vector3::from(control.map(f64::from));
+        assert!((found - wanted).norm() < 0.02 * wanted.norm() + 0.01, "{landmark}: {found} for {wanted}");
+    }
+}
+
+#[test]
+fn vertices_follow_their_controls() {
+    let pair = pair();
+    let rig = rig(&pair, TransferRule::Spline);
+    let expression = expression(&pair.performer);
+    let mut frame = rig.new_frame();
+    rig.pose(&expression, &mut frame).unwrap();
+    let (mut error, mut motion) = (0.0, 0.0);
+    for (control, &landmark) in frame.controls.iter().zip(&rig.controls().landmarks) {
+        // In this mesh a landmark is the vertex of the same index.
+        let moved = Vector3::from(frame.positions[landmark]) - Vector3::from(rig.rest()[landmark]);
+        error += (moved - Vector3::from(*control)).norm_squared();
+        motion += Vector3::from(*control).norm_squared();
+    }
+    assert!((error / motion).sqrt() < 0.01, "{}", (error / motion).sqrt());
+}
+
+#[test]
+fn the_thesis_scales_the_lower_face_by_the_mouth_and_copies_the_upper() {
+    let pair = pair();
+    let rig = rig(&pair, TransferRule::Thesis);
+    let expression = expression(&pair.performer);
+    let mut controls = rig.new_frame().controls;
+    rig.pose_controls(&expression.displacements, &mut controls);
+    let nose = pair.performer.neutral()[index::NOSE_TIP].y;
+    for (control, &landmark) in controls.iter().zip(&rig.controls().landmarks) {
+        let ratio = if pair.performer.neutral()[landmark].y < nose { SCALE } else { 1.0 };
+        let wanted = expression.displacements.vectors[landmark].norm() * ratio;
+        let found = Vector3::from(*control).cast::<f64>().norm();
+        assert!((found - wanted).abs() < 0.01 * wanted + 0.01, "{landmark}: {found} for {wanted}");
+    }
+}
+
+#[test]
+fn the_head_turns_with_the_performers_in_the_targets_own_frame() {
+    let pair = pair();
+    let rig = rig(&pair, TransferRule::Spline);
+    let rest = *pair.performer.rest();
+    // The performer turns to the subject's left, about the upright axis of the picture.
+    let angle = 0.4;
+    let turned =
+        HeadPose { rotation: Rotation3::from_axis_angle(&Vector3::y_axis(), -angle) * rest.rotation, ..rest };
+    let motion = rig.head_motion(&turned);
+    assert!((motion.rotation.angle() - angle).abs() < 1e-9);
+    let axis = motion.rotation.axis().unwrap();
+    let upright = pair.target.level.inverse() * Vector3::y();
+    assert!((axis.dot(&upright) - 1.0).abs() < 1e-6, "{axis:?} should be {upright}");
+}
+
+#[test]
+fn a_landmark_that_was_not_found_is_carried_over_and_snapped() {
+    let mut pair = pair();
+    let lost = 425;
+    let truth = pair.target.landmarks[lost].take().unwrap();
+    let rig = rig(&pair, TransferRule::Spline);
+    let control = rig.controls().landmarks.iter().position(|&landmark| landmark == lost).unwrap();
+    let place = rig.controls().rest[control];
+    assert!((place - truth).norm() < 2.0, "{place} for {truth}");
+    assert!((pair.surface.nearest(place).unwrap().position - place).norm() < 1e-6);
+}
+
+#[test]
+fn a_target_without_eyes_is_refused() {
+    let mut landmarks = pair().target.landmarks;
+    landmarks[index::LEFT_EYE_OUTER] = None;
+    let refused = TargetFace::new(landmarks, Rotation3::identity()).unwrap_err().to_string();
+    assert!(refused.contains("--landmarks"), "{refused}");
+}
