@@ -73,25 +73,36 @@ impl Tracker {
             self.follow(image, &landmarks);
             return Ok(Some(landmarks));
         }
+        let mut largest: Option<Landmarks> = None;
         for detection in self.search(image)? {
-            let mut region = detection.region();
-            let mut seen = None;
-            for _ in 0..self.options.settling_runs.max(1) {
-                if !region.is_usable(image.width(), image.height()) {
-                    break;
-                }
-                seen = self.look(image, region)?;
-                let Some(landmarks) = &seen else { break };
-                region = FaceRegion::around_landmarks(landmarks);
+            // A detector's boxes of small faces are up to twice too large: the landmarks tell which face is larger.
+            if let Some(landmarks) = self.settle(image, detection.region())?
+                && largest.as_ref().is_none_or(|other| extent(&landmarks) > extent(other))
+            {
+                largest = Some(landmarks);
             }
-            if let Some(landmarks) = seen {
-                self.frames_without_face = 0;
-                self.follow(image, &landmarks);
-                return Ok(Some(landmarks));
-            }
+        }
+        if let Some(landmarks) = largest {
+            self.frames_without_face = 0;
+            self.follow(image, &landmarks);
+            return Ok(Some(landmarks));
         }
         self.frames_without_face += 1;
         Ok(None)
+    }
+
+    /// Looks at a freshly detected face until its region has settled.
+    fn settle(&mut self, image: &Image, mut region: FaceRegion) -> Result<Option<Landmarks>, TrackingError> {
+        let mut seen = None;
+        for _ in 0..self.options.settling_runs.max(1) {
+            if !region.is_usable(image.width(), image.height()) {
+                break;
+            }
+            seen = self.look(image, region)?;
+            let Some(landmarks) = &seen else { break };
+            region = FaceRegion::around_landmarks(landmarks);
+        }
+        Ok(seen)
     }
 
     fn look(&mut self, image: &Image, region: FaceRegion) -> Result<Option<Landmarks>, TrackingError> {
@@ -105,7 +116,7 @@ impl Tracker {
         self.region = region.is_usable(image.width(), image.height()).then_some(region);
     }
 
-    /// Faces from the quickest detector that finds any, largest first.
+    /// Faces from the quickest detector that finds any, best score first.
     fn search(&mut self, image: &Image) -> Result<Vec<Detection>, TrackingError> {
         let mut found = self.short_range.detect(image)?;
         if found.is_empty() {
@@ -116,7 +127,11 @@ impl Tracker {
             found = self.full_range.detect_tiled(image)?;
         }
         self.faces_seen = self.faces_seen.max(found.len());
-        found.sort_by(|a, b| b.area().total_cmp(&a.area()));
         Ok(found)
     }
+}
+
+/// Side of the face in the picture, pixels.
+fn extent(landmarks: &Landmarks) -> f64 {
+    FaceRegion::around_landmarks(landmarks).side
 }
