@@ -6,6 +6,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
+use std::{path::Path, sync::Arc};
+
 use nalgebra::{Rotation3, Vector2};
 use understudy::{
     assets::Assets,
@@ -14,7 +16,7 @@ use understudy::{
     pipeline::{Networks, Photographer, Portrait, ScanFace, read_canonical_face},
     scan::{Surface, read_mesh},
     tracking::{TrackerOptions, index},
-    view::{Gpu, Projection, ViewCamera},
+    view::{Gpu, Model, Projection, ViewCamera},
 };
 
 /// Degrees RMS within ±30° of yaw, ±15° of pitch and roll: what the network's sliding leaves.
@@ -65,8 +67,9 @@ fn errors(scan: &str) -> Vec<f64> {
     let mut tracker = Networks::load(&assets, TrackerOptions::default()).unwrap().tracker;
     let mesh = read_mesh(&assets.verified(scan).unwrap()).unwrap();
     let surface = Surface::new(&mesh).unwrap();
-    let mut photographer = Photographer::new(&gpu, &mesh).unwrap();
-    let face = ScanFace::find(scan, &mesh, &surface, &mut photographer, &mut tracker).unwrap();
+    let model = Arc::new(Model::upload(&gpu, &mesh).unwrap());
+    let mut photographer = Photographer::new(&gpu, model, &mesh).unwrap();
+    let face = ScanFace::find(Path::new(scan), &mesh, &surface, &mut photographer, &mut tracker).unwrap();
     let at = |landmark: usize| face.landmarks[landmark].as_ref().unwrap().position;
     let (right, left) = (at(index::RIGHT_EYE_OUTER), at(index::LEFT_EYE_OUTER));
     let mouth = nalgebra::center(&at(index::MOUTH_RIGHT), &at(index::MOUTH_LEFT));
