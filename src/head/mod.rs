@@ -4,8 +4,10 @@ mod camera;
 mod error;
 mod pose;
 mod procrustes;
+mod response;
 
 pub use camera::Camera;
 pub use error::HeadError;
 pub use pose::{HeadPose, PoseSolver};
 pub use procrustes::rotation_between;
+pub use response::true_turn;

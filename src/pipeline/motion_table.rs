@@ -7,7 +7,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{Motion, MotionFrame, Performance, PipelineError};
 use crate::{
     export::{MotionCsvWriter, MotionRow},
-    head::HeadPose,
+    head::{HeadPose, true_turn},
     lift::{FaceState, upright},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks},
 };
@@ -66,7 +66,7 @@ impl MotionTable {
             confidence: frame.confidence,
             success: matches!(frame.state, FaceState::Tracking | FaceState::Blending),
             translation: pose.translation.into(),
-            rotation: euler_xyz(&(pose.rotation * upright())).into(),
+            rotation: euler_xyz(&true_turn(&(pose.rotation * upright()))).into(),
             landmarks: &self.landmarks,
             state: frame.state.name(),
         };

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 
 use super::{Controls, RigError, TargetFace, Transfer, TransferRule, regions::split_warp};
 use crate::{
-    head::HeadPose,
+    head::{HeadPose, true_turn},
     lift::{Displacements, Expression, Performer, upright},
     scan::{Mesh, Surface},
     spline::{Kernel, Options, Regularisation, Warp},
@@ -152,7 +152,7 @@ impl HeadFollow {
 
     /// How the head has turned and moved from the neutral, in the target's scan frame.
     fn motion(&self, pose: &HeadPose) -> Isometry3<f64> {
-        let turn = upright() * pose.rotation * self.rest.rotation.inverse() * upright();
+        let turn = true_turn(&(upright() * pose.rotation * self.rest.rotation.inverse() * upright()));
         let shift = upright()
             * (pose.to_camera(&self.performer_pivot) - self.rest.to_camera(&self.performer_pivot))
             * self.scale;
