@@ -54,10 +54,9 @@ fn expression(face: &[Point3<f64>], random: &mut Lcg) -> Vec<Vector3<f64>> {
             let drop = Vector3::new(0.0, -1.0, -0.4) * jaw * below;
             let rise = Vector3::new(0.5 * side, 0.7, -0.3) * of(smile);
             let direction = match facts.region {
-                Region::Lips => drop + rise,
                 Region::Jaw => drop,
                 Region::Oval => drop + rise * 0.2 * below,
-                Region::Cheeks => drop + rise,
+                Region::Lips | Region::Cheeks => drop + rise,
                 Region::Brows | Region::Other => Vector3::new(0.1 * side, 1.0, -0.1) * of(brows),
                 Region::Nose => Vector3::zeros(),
                 Region::Lids | Region::Iris => Vector3::new(0.0, -1.0, 0.1) * of(lids),

@@ -4,7 +4,7 @@
 //! the solver's. `docs/tracking.md` tells them apart: with the true shape of the landmarks instead of the average
 //! face's, the error falls by a tenth only.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as tests do")]
 
 use nalgebra::{Rotation3, Vector2};
 use understudy::{
