@@ -198,7 +198,7 @@ impl Curves {
             .iter()
             .map(|f| performer.project(&f.expression.displacements, &f.expression.pose))
             .collect();
-        Self { mouth, yaw, lids, pixels, motion }
+        Self { motion, mouth, yaw, lids, pixels }
     }
 
     /// What trembles in the still stretch, as the spread of white noise with the same second differences: pixels in the

@@ -3,7 +3,7 @@
 //! The face stays neutral, so every degree of error is the network's, whose landmarks slide over a face that turns, or
 //! the solver's. `docs/tracking.md` tells them apart. The turn is corrected for that sliding as the avatar's is.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as tests do")]
 
 use std::{path::Path, sync::Arc};
 
