@@ -27,7 +27,7 @@ pub struct ClipArgs {
     #[arg(long, value_name = "RATE", default_value = "25")]
     fps: FrameRate,
     /// The camera's field of view along the picture's longer side, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = Camera::DEFAULT_FIELD_OF_VIEW)]
+    #[arg(long, value_name = "DEGREES", default_value_t = Camera::DEFAULT_FIELD_OF_VIEW, value_parser = parse_fov)]
     fov: f64,
     /// Seconds between which the performer is neutral, such as 1.2..2.5; found automatically if not given
     #[arg(long, value_name = "START..END", value_parser = parse_stretch)]
@@ -143,6 +143,13 @@ fn report(performance: &Performance, motion: &Motion) {
             "the neutral is doubtful: {objection}; name a better stretch with --neutral START..END"
         );
     }
+}
+
+fn parse_fov(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().map_err(|_| "write degrees, such as 60".to_owned())?;
+    // Any picture will do: the camera checks the angle.
+    Camera::with_field_of_view(2, 2, degrees).map_err(|error| error.to_string())?;
+    Ok(degrees)
 }
 
 fn parse_stretch(text: &str) -> Result<(f64, f64), String> {
