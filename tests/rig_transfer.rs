@@ -1,6 +1,8 @@
 //! Transfer and warp against what must come out of them: a target that is the performer's own face, turned and scaled,
 //! must move as the performer does, turned and scaled.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
 use nalgebra::{Point3, Rotation3, Vector3};
 use understudy::{
     assets::Assets,
