@@ -8,6 +8,7 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 DATA_HOME := $(or $(XDG_DATA_HOME),$(HOME)/.local/share)
 export UNDERSTUDY_ASSETS ?= $(DATA_HOME)/understudy
 TARGET := $(or $(CARGO_TARGET_DIR),target)
+VALIDATOR := $(abspath $(TARGET))/gltf-validator
 OUT ?= out
 DEMO := $(addprefix $(OUT)/demo.,mp4 glb pc2 csv png)
 
@@ -32,7 +33,9 @@ demo: setup build ## animate the scan from the demonstration clip, in every outp
 	done
 
 test: setup ## run all tests, and the examples in the documentation
-	cargo test --release --lib --bins --tests --examples
+	@mkdir -p $(VALIDATOR) && cp tests/reference/gltf_validator/package*.json $(VALIDATOR)
+	@npm ci --silent --prefix $(VALIDATOR)
+	GLTF_VALIDATOR_DIR=$(VALIDATOR) cargo test --release --lib --bins --tests --examples
 	cargo test --release --doc
 
 bench: setup ## run the benchmarks, then the comparison with other programs

@@ -6,7 +6,10 @@ mod common;
 
 use std::path::Path;
 
-use common::{animate, curves, finish, folder, james, made, names, obj_vertices, probe, short_clip, track};
+use common::{
+    animate, curves, finish, folder, gltf_validator, james, made, names, obj_vertices, probe, short_clip,
+    track,
+};
 use gltf::animation::{Property, util::ReadOutputs};
 use understudy::export::{Pc2Reader, read_motion_csv};
 
@@ -34,6 +37,9 @@ fn one_clip_becomes_every_output() {
 
     the_point_cache_is_the_scan_in_motion(&at("a.pc2"), &scan);
     the_glb_has_morphs_and_a_head(&at("a.glb"));
+    if let Some(validator) = gltf_validator::validator() {
+        gltf_validator::validate(&validator, &[at("a.glb")]);
+    }
     the_table_has_every_frame(&at("a.csv"));
 }
 

@@ -130,6 +130,7 @@ impl Animate {
             Rig::new(&take.motion.performer, &face, target.mesh(), &target.surface, rule)
         })?;
         let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
+        let ticks = animation.ticks().len() as u64;
         for (kind, path) in outputs {
             let watch = &mut take.watch;
             let mut note = String::new();
@@ -137,10 +138,16 @@ impl Animate {
                 Stage::new(&gpu, &target, &face.level, size, Look::default(), head, smoothing)
             };
             match kind {
-                Kind::Pc2 => animation.write_pc2(path, watch)?,
+                Kind::Pc2 => {
+                    let bar = progress::bar("caching", Some(ticks), quiet);
+                    animation.write_pc2(path, watch, |done| bar.set_position(done))?;
+                    bar.finish_and_clear();
+                }
                 Kind::Csv => animation.write_csv(path, watch)?,
                 Kind::Glb => {
+                    let bar = progress::spinner("compressing to morph targets", quiet);
                     let report = animation.write_glb(path, watch)?;
+                    bar.finish_and_clear();
                     note = format!(
                         " ({} morph targets, {:.3} mm RMS, {:.3} mm in the worst frame)",
                         report.morphs, report.rms, report.worst_frame_rms
@@ -159,7 +166,7 @@ impl Animate {
                         beside: if self.compare { Some(self.clip.open()?) } else { None },
                         sound_from: self.clip.clip.is_file().then(|| self.clip.clip.clone()),
                     };
-                    let bar = progress::bar("drawing", Some(animation.ticks().len() as u64), quiet);
+                    let bar = progress::bar("drawing", Some(ticks), quiet);
                     animation.write_mp4(plan, watch, |done| bar.set_position(done))?;
                     bar.finish_and_clear();
                 }

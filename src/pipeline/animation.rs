@@ -39,19 +39,26 @@ pub struct VideoPlan {
 }
 
 impl Animation<'_> {
-    /// Every vertex of every frame, in the file's own order, frame and unit, at the clip's nominal rate.
-    pub fn write_pc2(&self, path: &Path, watch: &mut Stopwatch) -> Result<(), PipelineError> {
+    /// Every vertex of every frame, in the file's own order, frame and unit, at the clip's nominal rate. `progress` is
+    /// told the number of frames done.
+    pub fn write_pc2(
+        &self,
+        path: &Path,
+        watch: &mut Stopwatch,
+        mut progress: impl FnMut(u64),
+    ) -> Result<(), PipelineError> {
         let mut writer = Pc2Writer::create(path, self.rig.rest().len())?;
         let mut frame = self.rig.new_frame();
         let mut placed = frame.positions.clone();
         let mut own = frame.positions.clone();
-        for index in self.ticks() {
+        for (done, index) in (1..).zip(self.ticks()) {
             watch.time("warp", || self.rig.pose(&self.motion.frames[index].expression, &mut frame))?;
             watch.time("write pc2", || {
                 place(&frame, self.head, &mut placed);
                 self.target.scan.to_own(&placed, &mut own);
                 writer.write_sample(&own)
             })?;
+            progress(done);
         }
         Ok(writer.commit()?)
     }

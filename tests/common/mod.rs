@@ -9,6 +9,7 @@
 )]
 
 pub mod curves;
+pub mod gltf_validator;
 
 use std::{
     fs,
