@@ -172,12 +172,12 @@ impl Animate {
                 }
             }
             if !quiet {
-                println!("wrote {}{note}", path.display());
+                say!("wrote {}{note}", path.display());
             }
         }
         warn_of_gaps(&animation);
         if self.clip.timings {
-            print!("{}", take.watch);
+            say!("{}", take.watch);
         }
         Ok(())
     }

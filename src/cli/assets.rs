@@ -17,14 +17,14 @@ impl AssetsCommand {
     pub fn run(&self) -> Outcome {
         let assets = Assets::locate()?;
         if let Some(name) = &self.name {
-            println!("{}", assets.verified(name)?.display());
+            say!("{}", assets.verified(name)?.display());
             return Ok(());
         }
-        println!("{}", assets.root().display());
+        say!("{}", assets.root().display());
         let mut bad = 0;
         for (asset, condition) in assets.check() {
             bad += usize::from(condition != Condition::Verified);
-            println!(
+            say!(
                 "  {condition:<9} {:<26} {:<12} {:<34} {}",
                 asset.name,
                 asset.licence,

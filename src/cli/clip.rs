@@ -128,7 +128,7 @@ impl ClipArgs {
 fn report(performance: &Performance, motion: &Motion) {
     let seen = performance.frames.iter().filter(|frame| frame.landmarks.is_some()).count();
     let info = &motion.info;
-    println!(
+    say!(
         "{}: {}×{} at {} frames/s, a face in {seen} of {} frames",
         info.name,
         info.width,
@@ -137,7 +137,7 @@ fn report(performance: &Performance, motion: &Motion) {
         performance.frames.len()
     );
     let (start, end) = motion.neutral;
-    println!("neutral taken from {:.2}..{:.2} s", start.seconds(), end.seconds());
+    say!("neutral taken from {:.2}..{:.2} s", start.seconds(), end.seconds());
     for objection in &motion.objections {
         tracing::warn!(
             "the neutral is doubtful: {objection}; name a better stretch with --neutral START..END"

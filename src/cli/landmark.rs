@@ -66,7 +66,7 @@ impl Landmark {
                 write_landmarks(output, &target.landmark_file())?;
             }
             if !quiet {
-                println!("wrote {}", output.display());
+                say!("wrote {}", output.display());
             }
         }
         Ok(())
@@ -84,11 +84,11 @@ fn compare(target: &Target, path: &Path) -> Outcome {
         Some((found - target.scan.placement.to_scan(truth[i]?)).norm())
     };
     let (_, eyes) = target.centre_and_eyes();
-    println!("| part | points | mean mm | of the eye distance |\n|---|---:|---:|---:|");
+    say!("| part | points | mean mm | of the eye distance |\n|---|---:|---:|---:|");
     for (name, range) in IBUG_REGIONS.into_iter().chain([("all but the outline", 17..68)]) {
         let distances: Vec<f64> = range.filter_map(distance).collect();
         let mean = distances.iter().sum::<f64>() / distances.len().max(1) as f64;
-        println!("| {name} | {} | {mean:.2} | {:.1} % |", distances.len(), 100.0 * mean / eyes.max(1e-9));
+        say!("| {name} | {} | {mean:.2} | {:.1} % |", distances.len(), 100.0 * mean / eyes.max(1e-9));
     }
     Ok(())
 }

@@ -1,5 +1,13 @@
 //! One file a command.
 
+/// Prints a line; a reader that has gone away, as `head` does, is no error.
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($words)*);
+    }};
+}
+
 mod animate;
 mod assets;
 mod clip;

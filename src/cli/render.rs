@@ -88,7 +88,7 @@ impl Render {
             RgbaImage::from_raw(width, height, rgba).ok_or("the picture came back in another size")?;
         save_png(&self.output, &picture)?;
         if !quiet {
-            println!("wrote {} (drawn by {})", self.output.display(), renderer.adapter_name());
+            say!("wrote {} (drawn by {})", self.output.display(), renderer.adapter_name());
         }
         Ok(())
     }

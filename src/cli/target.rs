@@ -37,7 +37,7 @@ pub fn report(target: &Target) {
         LengthUnit::Custom(scale) => format!("units of {scale:.3} mm"),
         unit => unit.to_string(),
     };
-    println!(
+    say!(
         "{}: {} vertices, {} triangles, {} of {} landmarks, eyes {eyes:.0} mm apart, in {unit}{}",
         target.scan.name,
         mesh.positions.len(),

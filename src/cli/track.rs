@@ -40,10 +40,10 @@ impl Track {
         let raw = self.raw.then_some(&take.performance);
         take.watch.time("write", || write_motion(&self.output, &take.motion, raw))?;
         if !quiet {
-            println!("wrote {}", self.output.display());
+            say!("wrote {}", self.output.display());
         }
         if self.clip.timings {
-            print!("{}", take.watch);
+            say!("{}", take.watch);
         }
         Ok(())
     }

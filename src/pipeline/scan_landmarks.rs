@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     scan::{Mesh, Surface, SurfacePoint},
-    tracking::{LANDMARK_COUNT, Region, Tracker, index, landmark_table},
+    tracking::{LANDMARK_COUNT, Region, Tracker, index, is_outline, landmark_table},
     view::Lighting,
 };
 
@@ -31,6 +31,10 @@ const UPRIGHT: f64 = 0.7;
 const OUTLINE_STEPS: usize = 10;
 /// Each of them over the way to the tip of the nose.
 const OUTLINE_STEP: f64 = 0.01;
+/// Steps further in at which the outline is compared with the face's inside.
+const LOOK_INWARDS: usize = 5;
+/// A point farther behind that inside than this many outer canthal distances lies on what is behind the face.
+const JUMP: f64 = 0.3;
 
 /// A face found on a scan.
 #[derive(Debug, Clone)]
@@ -75,7 +79,12 @@ impl ScanFace {
         let mut portraits = Vec::new();
         for yaw in std::iter::once(0.0).chain(YAWS) {
             let side = camera.orbit(f64::to_radians(yaw), 0.0);
-            portraits.extend(photographer.portrait(side, lighting, tracker)?);
+            let portrait = photographer.portrait(side, lighting, tracker)?;
+            tracing::info!(
+                "from {yaw}° in {lighting:?} light a face is {}",
+                if portrait.is_some() { "seen" } else { "not seen" }
+            );
+            portraits.extend(portrait);
         }
         if portraits.is_empty() {
             return Err(PipelineError::NoFaceOnScan { scan: path.into() });
@@ -119,16 +128,16 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
     (0..LANDMARK_COUNT)
         .map(|landmark| {
             let region = landmark_table()[landmark].region;
-            let outline = region == Region::Oval;
+            let outline = is_outline(landmark);
             // Each picture has its own silhouette, and its own idea of where a rim lies that rolls out of sight: the
             // outline, the lids and the lips are taken from the frontal one.
-            let views = if matches!(region, Region::Oval | Region::Lids | Region::Lips) {
+            let views = if outline || matches!(region, Region::Lids | Region::Lips) {
                 &portraits[..1]
             } else {
                 portraits
             };
             let sightings: Vec<_> =
-                views.iter().filter_map(|view| sight(view, landmark, outline, surface)).collect();
+                views.iter().filter_map(|view| sight(view, landmark, outline, surface, eyes)).collect();
             let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position)
             else {
                 return (None, 0.0);
@@ -147,19 +156,27 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
 }
 
 /// One picture's word on one landmark, and how squarely it sees it.
+///
+/// The network's outline may fall beside the face, on skin that is seen edge-on, or past the jaw onto the neck: it is
+/// drawn towards the nose until it lies on the face.
 fn sight(
     portrait: &Portrait,
     landmark: usize,
     outline: bool,
     surface: &Surface,
+    eyes: f64,
 ) -> Option<(SurfacePoint, f64)> {
     let pixel = portrait.landmarks.pixel(landmark);
     let middle = portrait.landmarks.pixel(index::NOSE_TIP);
+    let at = |step: usize| portrait.cast(pixel + (middle - pixel) * (OUTLINE_STEP * step as f64), surface);
+    let away = |point: &SurfacePoint| (portrait.camera.eye - point.position).norm();
     let steps = if outline { OUTLINE_STEPS } else { 1 };
     (0..steps).find_map(|step| {
-        let point = portrait.cast(pixel + (middle - pixel) * (OUTLINE_STEP * step as f64), surface)?;
+        let point = at(step)?;
         let facing = portrait.facing(&point);
-        (facing > GRAZING).then_some((point, facing))
+        let behind =
+            outline && at(step + LOOK_INWARDS).is_some_and(|inner| away(&point) - away(&inner) > JUMP * eyes);
+        (facing > GRAZING && !behind).then_some((point, facing))
     })
 }
 

@@ -75,6 +75,18 @@ static TABLE: LazyLock<Vec<LandmarkFacts>> = LazyLock::new(|| {
         .collect()
 });
 
+/// The face's outline in the network's picture, from the forehead to the subject's left and round. The chin's part of it
+/// counts as [`Region::Jaw`] for its motion, but all of it is silhouette: another view has another outline.
+const OUTLINE: [usize; 36] = [
+    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152, 148, 176,
+    149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
+];
+
+/// Whether a landmark lies on the face's outline.
+pub fn is_outline(landmark: usize) -> bool {
+    OUTLINE.contains(&landmark)
+}
+
 /// 478 rows, by landmark index.
 pub fn landmark_table() -> &'static [LandmarkFacts] {
     debug_assert_eq!(TABLE.len(), LANDMARK_COUNT);
@@ -84,6 +96,15 @@ pub fn landmark_table() -> &'static [LandmarkFacts] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_outline_holds_the_oval_and_the_chin_and_mirrors_itself() {
+        let table = landmark_table();
+        for (index, facts) in table.iter().enumerate() {
+            assert!(facts.region != Region::Oval || is_outline(index));
+            assert_eq!(is_outline(index), is_outline(facts.mirror));
+        }
+    }
 
     #[test]
     fn every_landmark_has_a_row_and_mirrors_are_mutual() {
