@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use image::RgbaImage;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use understudy::{
     export::Pc2Reader,
     scan::{Mesh, NormalSolver, read_mesh},
@@ -66,8 +66,7 @@ impl Render {
     pub fn run(&self, quiet: bool) -> Outcome {
         let mesh = read_mesh(&self.scan)?;
         let positions = self.positions(&mesh)?;
-        let mut normals = vec![[0.0; 3]; positions.len()];
-        NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+        let normals = NormalSolver::once(&mesh.triangles, &positions);
 
         let gpu = Gpu::headless()?;
         let [width, height] = self.size;
@@ -96,7 +95,7 @@ impl Render {
     /// The scan's own vertices, or those of a frame of its cache.
     fn positions(&self, mesh: &Mesh) -> Result<Vec<[f32; 3]>, Box<dyn std::error::Error>> {
         let Some(path) = &self.pc2 else {
-            return Ok(mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect());
+            return Ok(mesh.positions_f32());
         };
         let mut cache = Pc2Reader::open(path)?;
         let (wanted, found) = (mesh.positions.len(), cache.points());
@@ -125,8 +124,6 @@ impl Render {
 
 /// Before the scan's own +Z, so that all of it is seen.
 fn camera(mesh: &Mesh, size: [u32; 2]) -> ViewCamera {
-    let first = mesh.positions.first().copied().unwrap_or_else(Point3::origin);
-    let (low, high) = mesh.positions.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
-    let centre = nalgebra::center(&low, &high);
-    ViewCamera::frame_bounds(centre, (high - low).norm() / 2.0, size)
+    let (centre, radius) = mesh.bounding_ball();
+    ViewCamera::frame_bounds(centre, radius, size)
 }

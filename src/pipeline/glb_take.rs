@@ -58,9 +58,8 @@ pub fn write_take_glb(
     let keys: Vec<HeadKey> = heads.iter().map(|head| head_key(head, target, metres_per_own)).collect();
 
     let mesh = own_mesh_in_metres(target, metres_per_own);
-    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
-    let mut normals = vec![[0.0; 3]; positions.len()];
-    NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+    let positions = mesh.positions_f32();
+    let normals = NormalSolver::once(&mesh.triangles, &positions);
     write_glb(
         path,
         &GlbAvatar {

@@ -24,9 +24,8 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
     let (centre, eyes) = target.centre_and_eyes();
     let straight = Photographer::camera(centre, FRAMING * eyes, &Rotation3::identity(), [SIDE, SIDE]);
     let mesh = target.mesh();
-    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
-    let mut normals = vec![[0.0; 3]; positions.len()];
-    NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+    let positions = mesh.positions_f32();
+    let normals = NormalSolver::once(&mesh.triangles, &positions);
     let mut renderer = Renderer::new(gpu, SIDE, SIDE, Smoothing::Samples4)?;
     let mut pictures = Vec::new();
     for yaw in YAWS {

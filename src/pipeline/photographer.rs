@@ -35,10 +35,8 @@ pub struct Portrait {
 impl Photographer {
     /// `model` is the uploaded mesh; `mesh` may be in whatever frame and unit.
     pub fn new(gpu: &Gpu, model: Arc<Model>, mesh: &Mesh) -> Result<Self, PipelineError> {
-        let positions: Vec<[f32; 3]> =
-            mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
-        let mut normals = vec![[0.0; 3]; positions.len()];
-        NormalSolver::new(&mesh.triangles, positions.len()).update(&positions, &mut normals);
+        let positions = mesh.positions_f32();
+        let normals = NormalSolver::once(&mesh.triangles, &positions);
         Ok(Self {
             renderer: Renderer::new(gpu, SIZE[0], SIZE[1], Smoothing::Off)?,
             model,

@@ -20,7 +20,7 @@ use crate::{
 /// Degrees of yaw of the pictures after the frontal one.
 const YAWS: [f64; 4] = [20.0, -20.0, 40.0, -40.0];
 /// Radius of the framed ball over the outer canthal distance.
-const FRAMING: f64 = 1.55;
+pub(super) const FRAMING: f64 = 1.55;
 /// A point seen more steeply than this cosine says nothing.
 const GRAZING: f64 = 0.15;
 /// Two pictures that disagree by more than this many outer canthal distances do not show the same point.
@@ -58,7 +58,7 @@ impl ScanFace {
         photographer: &mut Photographer,
         tracker: &mut Tracker,
     ) -> Result<Self, PipelineError> {
-        let (centre, radius) = bounding_ball(mesh);
+        let (centre, radius) = mesh.bounding_ball();
         let mut first = None;
         let attempts =
             orientations().into_iter().flat_map(|facing| lightings(mesh).iter().map(move |l| (facing, *l)));
@@ -185,16 +185,6 @@ fn roll(portrait: &Portrait) -> f64 {
     let eyes =
         portrait.landmarks.pixel(index::LEFT_EYE_OUTER) - portrait.landmarks.pixel(index::RIGHT_EYE_OUTER);
     eyes.y.atan2(eyes.x)
-}
-
-fn bounding_ball(mesh: &Mesh) -> (Point3<f64>, f64) {
-    let (mut low, mut high) =
-        (Point3::from(Vector3::repeat(f64::INFINITY)), Point3::from(Vector3::repeat(f64::NEG_INFINITY)));
-    for position in &mesh.positions {
-        low = low.inf(position);
-        high = high.sup(position);
-    }
-    (nalgebra::center(&low, &high), (high - low).norm() / 2.0)
 }
 
 /// All 24 ways to set the mesh's axes upright, the file's own first.

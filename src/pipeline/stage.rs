@@ -69,11 +69,6 @@ impl Stage {
         })
     }
 
-    /// The camera, for views from elsewhere.
-    pub fn camera_mut(&mut self) -> &mut ViewCamera {
-        &mut self.camera
-    }
-
     /// Draws a frame and sends its picture on the way.
     pub fn submit(&mut self, frame: &AvatarFrame) -> Result<(), PipelineError> {
         self.solver.update(&frame.positions, &mut self.normals);

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use super::{
     PipelineError,
     photographer::{Photographer, SIZE},
-    scan_landmarks::{ScanFace, lightings},
+    scan_landmarks::{FRAMING, ScanFace, lightings},
 };
 use crate::{
     head::rotation_between,
@@ -23,8 +23,6 @@ use crate::{
 /// Points by which the network's views of two faces are compared: they hardly move with expression.
 const RIGID: [usize; 24] =
     [33, 133, 362, 263, 168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 327, 10, 151, 9, 8, 127, 356, 234, 454];
-/// Radius of the framed ball over the outer canthal distance, as when landmarks are found.
-const FRAMING: f64 = 1.55;
 /// Millimetres between the outer eye corners of people and of characters drawn after them.
 const PLAUSIBLE_EYES: std::ops::Range<f64> = 60.0..140.0;
 /// Millimetres between the outer eye corners of an average person.

@@ -65,7 +65,7 @@ impl Rig {
             }
             TransferRule::Thesis => split_warp(target, &controls, &mesh.positions)?,
         };
-        let rest = mesh.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect();
+        let rest = mesh.positions_f32();
         Ok(Self { transfer, controls, warp, rest, head: HeadFollow::new(performer, target) })
     }
 

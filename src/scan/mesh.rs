@@ -56,3 +56,18 @@ pub struct Mesh {
     /// T indices into `materials`; empty when there is at most one material.
     pub triangle_materials: Vec<u32>,
 }
+
+impl Mesh {
+    /// V × 3 positions in single precision, as renderers and warps take them.
+    pub fn positions_f32(&self) -> Vec<[f32; 3]> {
+        self.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect()
+    }
+
+    /// Centre of the axis-aligned bounding box, and half its diagonal. The mesh has at least one vertex.
+    pub fn bounding_ball(&self) -> (Point3<f64>, f64) {
+        let first = self.positions.first().copied().unwrap_or_else(Point3::origin);
+        let (low, high) =
+            self.positions.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+        (nalgebra::center(&low, &high), (high - low).norm() / 2.0)
+    }
+}

@@ -41,6 +41,13 @@ pub struct NormalSolver {
 }
 
 impl NormalSolver {
+    /// The normals of one set of positions, for those who need them once: V × 3, unit length.
+    pub fn once(triangles: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let mut normals = vec![[0.0; 3]; positions.len()];
+        Self::new(triangles, positions.len()).update(positions, &mut normals);
+        normals
+    }
+
     /// For a mesh of `vertices` vertices; triangles that name a vertex twice or one out of range are left out.
     pub fn new(triangles: &[[u32; 3]], vertices: usize) -> Self {
         let usable = |t: &&[u32; 3]| {

@@ -1,4 +1,4 @@
-//! The blendshape network's scores: a second opinion on smiles and blinks, used to judge a neutral face.
+//! The blendshape network's scores: a second opinion on smiles, used to judge a neutral face.
 
 use std::path::Path;
 
@@ -27,16 +27,6 @@ impl ShapeScores {
     /// The stronger of the two mouth corners' smile.
     pub fn smile(&self) -> f64 {
         self.strongest(&[44, 45])
-    }
-
-    /// The stronger of the two eyes' blink.
-    pub fn blink(&self) -> f64 {
-        self.strongest(&[9, 10])
-    }
-
-    /// How far the jaw is open.
-    pub fn jaw_open(&self) -> f64 {
-        self.strongest(&[25])
     }
 
     fn strongest(&self, indices: &[usize]) -> f64 {
