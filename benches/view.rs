@@ -91,7 +91,11 @@ fn head(triangles: u32) -> Mesh {
     image.write_to(&mut bytes, ImageFormat::Png).expect("an encoded texture");
     let texture =
         Texture { name: "skin.png".to_owned(), format: TextureFormat::Png, bytes: bytes.into_inner() };
-    let material =
-        Material { name: "skin".to_owned(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)) };
+    let material = Material {
+        name: "skin".to_owned(),
+        base_colour: [1.0; 4],
+        texture: Some(Arc::new(texture)),
+        gloss: 0.0,
+    };
     Mesh { materials: vec![material], ..mesh }
 }

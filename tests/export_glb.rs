@@ -30,11 +30,11 @@ fn textured(name: &str, format: TextureFormat) -> Material {
         TextureFormat::Jpeg => image::ImageFormat::Jpeg,
     };
     let texture = Texture { name: format!("{name}.img"), format, bytes: picture(encoding) };
-    Material { name: name.into(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)) }
+    Material { name: name.into(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)), gloss: 0.0 }
 }
 
 fn plain(name: &str, base_colour: [f32; 4]) -> Material {
-    Material { name: name.into(), base_colour, texture: None }
+    Material { name: name.into(), base_colour, texture: None, gloss: 0.0 }
 }
 
 /// A 4 × 4 grid of 18 triangles, 10 cm wide.

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use understudy::{
     assets::Assets,
     head::{Camera, HeadPose, true_turn},
-    lift::{Displacements, Expression, Performer, frontal_pose},
+    lift::{Displacements, Expression, Eyes, Performer, frontal_pose},
     pipeline::read_canonical_face,
     rig::{Rig, TargetFace, TransferRule},
     scan::{Mesh, Surface},
@@ -74,7 +74,7 @@ fn expression(performer: &Performer) -> Expression {
         let upper = 1.0 / (1.0 + ((45.0 - point.y) / 6.0).exp());
         *vector = Vector3::new(0.0, -20.0 * lower + 6.0 * upper, -4.0 * lower);
     }
-    Expression { pose: *performer.rest(), displacements }
+    Expression { pose: *performer.rest(), displacements, eyes: Eyes::default() }
 }
 
 #[test]
@@ -83,7 +83,11 @@ fn the_neutral_is_the_scan_itself() {
     for rule in [TransferRule::Spline, TransferRule::Thesis] {
         let rig = rig(&pair, rule);
         let mut frame = rig.new_frame();
-        let neutral = Expression { pose: *pair.performer.rest(), displacements: Displacements::neutral() };
+        let neutral = Expression {
+            pose: *pair.performer.rest(),
+            displacements: Displacements::neutral(),
+            eyes: Eyes::default(),
+        };
         rig.pose(&neutral, &mut frame).unwrap();
         assert_eq!(frame.positions, rig.rest());
         assert!(frame.head.rotation.angle() < 1e-9 && frame.head.translation.vector.norm() < 1e-6);

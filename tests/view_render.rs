@@ -40,7 +40,8 @@ fn ball(rings: u32, segments: u32) -> Mesh {
 
 fn textured(mesh: Mesh, format: TextureFormat, bytes: Vec<u8>) -> Mesh {
     let texture = Arc::new(Texture { name: "skin.png".to_owned(), format, bytes });
-    let material = Material { name: "skin".to_owned(), base_colour: [1.0; 4], texture: Some(texture) };
+    let material =
+        Material { name: "skin".to_owned(), base_colour: [1.0; 4], texture: Some(texture), gloss: 0.0 };
     Mesh { materials: vec![material], ..mesh }
 }
 
@@ -116,7 +117,7 @@ fn colours_of_vertices_and_materials_show_unlit() {
     assert!(close(middle(&mesh), [51, 153, 102], 1), "{:?}", middle(&mesh));
 
     // A linear factor of 0.214 is 127.5 in sRGB.
-    let material = Material { name: String::new(), base_colour: [0.214_04; 4], texture: None };
+    let material = Material { name: String::new(), base_colour: [0.214_04; 4], texture: None, gloss: 0.0 };
     let factor = Mesh { colours: Vec::new(), materials: vec![material], ..mesh };
     assert!(close(middle(&factor), [127, 127, 127], 1), "{:?}", middle(&factor));
 

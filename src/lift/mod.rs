@@ -5,6 +5,7 @@
 
 mod displacements;
 mod error;
+mod eyes;
 mod neutral;
 mod performer;
 mod presence;
@@ -13,6 +14,7 @@ mod steady;
 
 pub use displacements::Displacements;
 pub use error::LiftError;
+pub use eyes::{EyeState, Eyes, Side};
 pub use neutral::{Candidate, NeutralSearch, NeutralStretch, NotNeutral};
 pub use performer::{Performer, upright};
 pub use presence::{Expression, FaceState, Presence, frontal_pose};

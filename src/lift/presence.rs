@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::Displacements;
+use super::{Displacements, Eyes};
 use crate::{
     capture::Timestamp,
     head::HeadPose,
@@ -51,6 +51,8 @@ pub struct Expression {
     pub pose: HeadPose,
     /// The face.
     pub displacements: Displacements,
+    /// Lids and gaze.
+    pub eyes: Eyes,
 }
 
 impl Expression {
@@ -74,6 +76,7 @@ impl Expression {
                     .collect(),
                 states: other.displacements.states.clone(),
             },
+            eyes: self.eyes.towards(&other.eyes, share),
         }
     }
 }
@@ -91,7 +94,7 @@ impl Presence {
     /// `rest` is the performer's pose while neutral, to which a lost face returns.
     pub fn new(rest: HeadPose) -> Self {
         Self {
-            rest: Expression { pose: rest, displacements: Displacements::neutral() },
+            rest: Expression { pose: rest, displacements: Displacements::neutral(), eyes: Eyes::default() },
             shown: None,
             lost_since: None,
             blending_since: None,
@@ -164,7 +167,7 @@ mod tests {
         let mut displacements = Displacements::neutral();
         displacements.vectors[61].y = amount;
         displacements.states.fill(LandmarkState::Observed);
-        Expression { pose: frontal_pose(), displacements }
+        Expression { pose: frontal_pose(), displacements, eyes: Eyes::default() }
     }
 
     #[test]

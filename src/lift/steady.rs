@@ -106,7 +106,7 @@ fn set_head(pose: &mut HeadPose, vector: &Vector6<f64>, reference: &Rotation3<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lift::frontal_pose;
+    use crate::lift::{Eyes, frontal_pose};
 
     #[test]
     fn a_still_face_stays_exactly_and_a_blink_keeps_its_depth() {
@@ -117,7 +117,7 @@ mod tests {
             .map(|i| {
                 let mut displacements = Displacements::neutral();
                 displacements.vectors[159].y = blink(i);
-                Expression { pose: frontal_pose(), displacements }
+                Expression { pose: frontal_pose(), displacements, eyes: Eyes::default() }
             })
             .collect();
         steady_recording(&times, &reference, &mut expressions);

@@ -7,7 +7,7 @@ use crate::{
     capture::{ClipInfo, Timestamp},
     head::{Camera, HeadPose},
     lift::{
-        Candidate, CausalSteadier, Expression, FaceState, LiftError, NeutralSearch, NeutralStretch,
+        Candidate, CausalSteadier, Expression, Eyes, FaceState, LiftError, NeutralSearch, NeutralStretch,
         NotNeutral, Performer, Presence, Repair, Smoothing, steady_recording,
     },
     tracking::{BlendshapeNetwork, Landmarks, TrackingError},
@@ -165,7 +165,8 @@ fn solve_run(
         let Some(landmarks) = &frame.landmarks else { continue };
         let pose = performer.pose(landmarks, previous.as_ref())?;
         previous = Some(pose);
-        let mut expression = Expression { pose, displacements: performer.lift(landmarks, &pose) };
+        let displacements = performer.lift(landmarks, &pose);
+        let mut expression = Expression { pose, displacements, eyes: Eyes::default() };
         repair.apply(frame.timestamp, &pose, &mut expression.displacements);
         if smoothing == Smoothing::Causal {
             steadier.apply(frame.timestamp, &reference, &mut expression);

@@ -217,6 +217,7 @@ impl SceneReader<'_> {
             name: material.name().unwrap_or("default").to_owned(),
             base_colour: pbr.base_color_factor(),
             texture,
+            gloss: 0.0,
         });
         place
     }

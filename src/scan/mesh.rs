@@ -33,6 +33,8 @@ pub struct Material {
     pub base_colour: [f32; 4],
     /// Multiplied by `base_colour` where present.
     pub texture: Option<Arc<Texture>>,
+    /// How wet it shines, 0..=1: 0 is skin, 1 the eye's cornea.
+    pub gloss: f32,
 }
 
 /// A triangle mesh, vertices in the order of its file.

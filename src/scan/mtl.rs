@@ -64,13 +64,13 @@ pub(super) fn resolve(
     {
         let name = materials.pop().map_or_else(|| "scan".to_owned(), |m| m.name);
         tracing::info!(path = %path.display(), texture = texture.name, "the image beside the OBJ is its texture");
-        materials.push(Material { name, base_colour: [1.0; 4], texture: Some(texture) });
+        materials.push(Material { name, base_colour: [1.0; 4], texture: Some(texture), gloss: 0.0 });
     }
     Resolved { materials, named, unnamed }
 }
 
 fn grey(name: &str) -> Material {
-    Material { name: name.to_owned(), base_colour: [0.5, 0.5, 0.5, 1.0], texture: None }
+    Material { name: name.to_owned(), base_colour: [0.5, 0.5, 0.5, 1.0], texture: None, gloss: 0.0 }
 }
 
 /// `mtllib` may name one file with spaces in it or several files.
@@ -128,7 +128,7 @@ fn parse_library(bytes: &[u8], file: &Path, materials: &mut Vec<Material>) {
             (Some(kd), None) => kd.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.5 }),
             (None, None) => [0.5; 3],
         };
-        materials.push(Material { name: material.name, base_colour: [r, g, b, 1.0], texture });
+        materials.push(Material { name: material.name, base_colour: [r, g, b, 1.0], texture, gloss: 0.0 });
     }
 }
 
