@@ -3,6 +3,7 @@
 //! One direction: a frame enters at the top of this list and leaves at the bottom; no module imports one that
 //! stands below it. `docs/architecture.md` is the map.
 
+pub mod anatomy;
 pub mod assets;
 pub mod capture;
 pub mod tracking;

@@ -110,6 +110,12 @@ impl Animate {
         let gpu = Gpu::headless()?;
         let mut networks = ClipArgs::networks(&assets)?;
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
+        if matches!(self.transfer, TransferArg::Spline) {
+            target.prepare(&gpu)?;
+            for omission in &target.anatomy.omissions {
+                tracing::warn!("{}: {omission}", target.scan.name);
+            }
+        }
         if !quiet {
             report(&target);
         }
@@ -127,7 +133,7 @@ impl Animate {
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || {
-            Rig::new(&take.motion.performer, &face, target.mesh(), &target.surface, rule)
+            Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, rule)
         })?;
         let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
         let ticks = animation.ticks().len() as u64;

@@ -134,7 +134,7 @@ impl Animation<'_> {
             .frames
             .iter()
             .map(|frame| {
-                self.rig.pose_controls(&frame.expression.displacements, &mut controls);
+                self.rig.pose_controls(&frame.expression, &mut controls);
                 let moved = MatrixXx3::from_fn(controls.len(), |i, axis| f64::from(controls[i][axis]));
                 (moved, self.rig.head_motion(&frame.expression.pose))
             })

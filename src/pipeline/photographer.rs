@@ -2,18 +2,25 @@
 
 use std::sync::Arc;
 
+use image::RgbImage;
 use nalgebra::{Matrix4, Point2, Point3, Rotation3, Vector3};
 
 use super::PipelineError;
 use crate::{
+    anatomy::{FaceFrame, FrontView},
     capture::{CaptureError, Image},
     scan::{Mesh, NormalSolver, Surface, SurfacePoint},
     tracking::{Landmarks, Tracker},
-    view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera},
+    view::{Gpu, Lighting, Look, Model, Projection, Renderer, Smoothing, ViewCamera, ViewError},
 };
 
 /// Width and height of the pictures; the landmark network looks at 256 × 256 of a face that fills about half of it.
 pub(super) const SIZE: [u32; 2] = [640, 640];
+
+/// Pixels of the frontal view's sides, and its height and middle in outer canthal distances: brows to chin.
+const VIEW_SIDE: u32 = 1024;
+const VIEW_HEIGHT: f64 = 2.0;
+const VIEW_MIDDLE: f64 = -0.45;
 
 /// Photographs one mesh.
 pub struct Photographer {
@@ -57,6 +64,34 @@ impl Photographer {
             up: turn * Vector3::y(),
             ..straight
         }
+    }
+
+    /// The scan's own colours seen straight from the front; the mesh must be in the scan frame.
+    pub fn front_view(&self, gpu: &Gpu, frame: &FaceFrame) -> Result<FrontView, PipelineError> {
+        let height = VIEW_HEIGHT * frame.eyes;
+        let centre = Point2::new(0.0, VIEW_MIDDLE * frame.eyes);
+        let distance = 3.0 * frame.eyes;
+        let camera = ViewCamera {
+            eye: frame.leave(&Point3::new(centre.x, centre.y, distance)),
+            target: frame.leave(&Point3::new(centre.x, centre.y, 0.0)),
+            up: frame.leave_vector(&Vector3::y()),
+            projection: Projection::Orthographic { height },
+            near: 0.01 * frame.eyes,
+            far: 2.0 * distance,
+            viewport: [VIEW_SIDE, VIEW_SIDE],
+        };
+        let mut renderer = Renderer::new(gpu, VIEW_SIDE, VIEW_SIDE, Smoothing::Off)?;
+        let world = Matrix4::identity();
+        renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &Look::UNLIT)?;
+        let mut rgba = Vec::new();
+        renderer.read(&mut rgba)?;
+        let rgb = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        let picture = RgbImage::from_raw(VIEW_SIDE, VIEW_SIDE, rgb).ok_or_else(|| ViewError::Size {
+            width: VIEW_SIDE,
+            height: VIEW_SIDE,
+            reason: "the picture came back in another size".into(),
+        })?;
+        Ok(FrontView { picture, centre, scale: height / f64::from(VIEW_SIDE) })
     }
 
     /// Takes the picture and looks for a face on it.

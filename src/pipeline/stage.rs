@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Matrix4, Rotation3};
+use nalgebra::{Isometry3, Matrix4, Point3, Rotation3};
 
 use super::{PipelineError, Target, photographer::Photographer};
 use crate::{
@@ -43,6 +43,7 @@ pub struct Stage {
     camera: ViewCamera,
     look: Look,
     head: HeadMode,
+    level: Rotation3<f64>,
 }
 
 impl Stage {
@@ -56,17 +57,24 @@ impl Stage {
         head: HeadMode,
         smoothing: Smoothing,
     ) -> Result<Self, PipelineError> {
-        let mesh = target.mesh();
+        let mesh = &target.anatomy.mesh;
         let (centre, eyes) = target.centre_and_eyes();
         Ok(Self {
             renderer: Renderer::new(gpu, size[0], size[1], smoothing)?,
-            model: Arc::clone(target.model()),
+            model: Arc::clone(target.avatar_model()),
             solver: NormalSolver::new(&mesh.triangles, mesh.positions.len()),
             normals: vec![[0.0; 3]; mesh.positions.len()],
             camera: Photographer::camera(centre, FRAMING * eyes, level, size),
             look,
             head,
+            level: *level,
         })
+    }
+
+    /// Moves the camera before `centre` (scan frame) so that a ball of `radius` millimetres fills the picture, seen from
+    /// `yaw` radians to the subject's left.
+    pub fn look_at(&mut self, centre: Point3<f64>, radius: f64, yaw: f64) {
+        self.camera = Photographer::camera(centre, radius, &self.level, self.renderer.size()).orbit(yaw, 0.0);
     }
 
     /// Draws a frame and sends its picture on the way.

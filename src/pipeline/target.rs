@@ -10,6 +10,7 @@ use super::{
     scan_landmarks::{FRAMING, ScanFace, lightings},
 };
 use crate::{
+    anatomy::{Anatomy, FaceFrame},
     head::rotation_between,
     rig::TargetFace,
     scan::{
@@ -46,7 +47,10 @@ pub struct Target {
     pub unit: LengthUnit,
     /// Whether the unit is a guess.
     pub unit_guessed: bool,
+    /// The scan as it is, until [`Target::prepare`] has opened it.
+    pub anatomy: Anatomy,
     model: Arc<Model>,
+    avatar_model: Arc<Model>,
     photographer: Photographer,
     lighting: Lighting,
 }
@@ -92,16 +96,32 @@ impl Target {
         let surface = Surface::new(&scan.mesh).map_err(fault)?;
         let photographer = Photographer::new(gpu, Arc::clone(&model), &scan.mesh)?;
         Ok(Self {
+            anatomy: Anatomy::as_scanned(&scan.mesh),
             scan,
             surface,
             landmarks,
             confidences,
             unit,
             unit_guessed: options.unit.is_none(),
+            avatar_model: Arc::clone(&model),
             model,
             photographer,
             lighting,
         })
+    }
+
+    /// Opens mouth and eyes and adds what lies behind them, as far as the scan allows: [`Anatomy::omissions`] lists what
+    /// was left out.
+    pub fn prepare(&mut self, gpu: &Gpu) -> Result<(), PipelineError> {
+        let coloured = !self.scan.mesh.colours.is_empty()
+            || self.scan.mesh.materials.iter().any(|material| material.texture.is_some());
+        let view = match FaceFrame::of(&self.landmarks) {
+            Some(frame) if coloured => Some(self.photographer.front_view(gpu, &frame)?),
+            _ => None,
+        };
+        self.anatomy = Anatomy::prepare(&self.scan.mesh, &self.surface, &self.landmarks, view.as_ref());
+        self.avatar_model = Arc::new(Model::upload(gpu, &self.anatomy.mesh)?);
+        Ok(())
     }
 
     /// The landmarks in the file's own frame and unit, ready to be written.
@@ -150,7 +170,12 @@ impl Target {
         Ok((TargetFace::new(self.landmarks.clone(), level)?, angles))
     }
 
-    /// The uploaded mesh: its colours and triangles; positions are given with each picture.
+    /// The uploaded [`Anatomy::mesh`].
+    pub fn avatar_model(&self) -> &Arc<Model> {
+        &self.avatar_model
+    }
+
+    /// The uploaded scan: its colours and triangles; positions are given with each picture.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
     }

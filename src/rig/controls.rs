@@ -1,9 +1,11 @@
-//! Control points on the target: its landmarks, and anchors that do not move.
+//! Control points on the target: its landmarks, the rims of its lips, and anchors that do not move.
 
 use nalgebra::Point3;
 
 use super::{TargetFace, Transfer};
 use crate::{
+    anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, LOWER_LIP, UPPER_INNER, UPPER_LIP, eye_landmarks},
+    lift::Side,
     scan::{Mesh, Surface},
     tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
 };
@@ -17,48 +19,147 @@ const ANCHOR_CANDIDATES: usize = 4000;
 /// Controls closer than this are one point, millimetres.
 const COINCIDENT: f64 = 0.02;
 
+/// What moves a control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Driver {
+    /// A landmark of the performer.
+    Landmark(usize),
+    /// A rim of the lips at one of the mouth's nodes.
+    Rim {
+        /// Which node.
+        node: usize,
+        /// Whether on the lower lip.
+        lower: bool,
+    },
+    /// A lid's rim, which only goes where the eye's corners go: how the lids close is not the spline's business.
+    EyeRim {
+        /// Which eye.
+        side: Side,
+        /// From the outer corner (0) to the inner one (1).
+        share: f64,
+    },
+}
+
+/// On which side of the lips' line a control lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lip {
+    /// It moves only what lies above.
+    Upper,
+    /// It moves only what lies below.
+    Lower,
+    /// It moves both.
+    Neither,
+}
+
 /// The warp's centres.
 #[derive(Debug, Clone)]
 pub struct Controls {
-    /// The landmark that drives each control.
-    pub landmarks: Vec<usize>,
+    /// What moves each control.
+    pub drivers: Vec<Driver>,
     /// Where each control rests on the target, scan frame, millimetres.
     pub rest: Vec<Point3<f64>>,
+    /// The lip each lies on.
+    pub lips: Vec<Lip>,
     /// Points held still.
     pub anchors: Vec<Point3<f64>>,
 }
 
 impl Controls {
     /// Landmarks found on the target serve as they are; those not found are carried over from the performer by the
-    /// landmark spline and snapped to the nearest point of the surface (000 §5.6.1).
-    pub fn new(target: &TargetFace, transfer: &Transfer, mesh: &Mesh, surface: &Surface) -> Self {
-        let mut controls = Self { landmarks: Vec::new(), rest: Vec::new(), anchors: Vec::new() };
-        let mouth = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |p| p.y);
-        for landmark in 0..SKIN_LANDMARK_COUNT {
-            let place = target.landmarks[landmark]
-                .or_else(|| surface.nearest(transfer.place(landmark)).map(|found| found.position));
-            let Some(place) = place else { continue };
-            // Above the mouth the outline is silhouette, which slides over the skin as the head turns.
-            let slides = landmark_table()[landmark].region == Region::Oval && place.y > mouth;
-            let taken = controls.rest.iter().any(|other| (other - place).norm() < COINCIDENT);
-            if !slides && !taken {
-                controls.landmarks.push(landmark);
-                controls.rest.push(place);
+    /// landmark spline and snapped to the nearest point of the surface (000 §5.6.1). On an opened target the lips' inner
+    /// rims are driven at the cut, and lids are left to their own shapes.
+    pub fn new(target: &TargetFace, transfer: &Transfer, anatomy: &Anatomy, surface: &Surface) -> Self {
+        let mut controls =
+            Self { drivers: Vec::new(), rest: Vec::new(), lips: Vec::new(), anchors: Vec::new() };
+        let mouth_height = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |p| p.y);
+        let is_prepared = anatomy.jaw.is_some();
+        if let Some(mouth) = &anatomy.mouth {
+            for (node, rim) in mouth.nodes.iter().enumerate() {
+                controls.push(Driver::Rim { node, lower: false }, rim.rest[0], Lip::Upper);
+                controls.push(Driver::Rim { node, lower: true }, rim.rest[1], Lip::Lower);
             }
         }
-        controls.anchors = anchors(&controls.rest, mesh, STILL * target.outer_canthal_distance());
+        for landmark in 0..SKIN_LANDMARK_COUNT {
+            let mut place = target.landmarks[landmark]
+                .or_else(|| surface.nearest(transfer.place(landmark)).map(|found| found.position));
+            let mut driver = Driver::Landmark(landmark);
+            if let Some(mouth) = &anatomy.mouth {
+                if UPPER_INNER.contains(&landmark) || LOWER_INNER.contains(&landmark) {
+                    continue;
+                }
+                if let Some(end) = INNER_CORNERS.iter().position(|&corner| corner == landmark) {
+                    place = mouth.corners[end].or(place);
+                }
+            }
+            let region = landmark_table()[landmark].region;
+            if is_prepared && region == Region::Lids {
+                match eye_rim(landmark) {
+                    Some(rim) => driver = rim,
+                    None => continue,
+                }
+            }
+            let Some(place) = place else { continue };
+            // Above the mouth the outline is silhouette, which slides over the skin as the head turns.
+            let slides = region == Region::Oval && place.y > mouth_height;
+            if !slides {
+                controls.push(driver, place, lip_of(landmark));
+            }
+        }
+        let reach = STILL * target.outer_canthal_distance();
+        controls.anchors = anchors(&controls.rest, &anatomy.mesh, anatomy.scan_vertices, reach);
         controls
+    }
+
+    /// The control that a landmark drives.
+    pub fn of_landmark(&self, landmark: usize) -> Option<usize> {
+        self.drivers.iter().position(|driver| *driver == Driver::Landmark(landmark))
+    }
+
+    /// Adds a control unless another of the same lip lies there.
+    fn push(&mut self, driver: Driver, place: Point3<f64>, lip: Lip) {
+        let meets = |other: Lip| !matches!((lip, other), (Lip::Upper, Lip::Lower) | (Lip::Lower, Lip::Upper));
+        let taken = self
+            .rest
+            .iter()
+            .zip(&self.lips)
+            .any(|(rest, other)| meets(*other) && (rest - place).norm() < COINCIDENT);
+        if !taken {
+            self.drivers.push(driver);
+            self.rest.push(place);
+            self.lips.push(lip);
+        }
     }
 }
 
-/// Vertices beyond `reach` of all controls, spread evenly: each next one is the farthest from all before it.
-fn anchors(controls: &[Point3<f64>], mesh: &Mesh, reach: f64) -> Vec<Point3<f64>> {
-    let step = mesh.positions.len().div_ceil(ANCHOR_CANDIDATES).max(1);
+fn lip_of(landmark: usize) -> Lip {
+    if UPPER_LIP.contains(&landmark) || UPPER_INNER.contains(&landmark) {
+        Lip::Upper
+    } else if LOWER_LIP.contains(&landmark) || LOWER_INNER.contains(&landmark) {
+        Lip::Lower
+    } else {
+        Lip::Neither
+    }
+}
+
+/// The driver of a landmark on a lid's rim; `None` for the folds around it.
+fn eye_rim(landmark: usize) -> Option<Driver> {
+    Side::BOTH.into_iter().find_map(|side| {
+        let eye = eye_landmarks(side);
+        if landmark == eye.outer || landmark == eye.inner {
+            return Some(Driver::Landmark(landmark));
+        }
+        let along = [&eye.upper, &eye.lower].into_iter().find_map(|rim| rim.iter().position(|&i| i == landmark))?;
+        Some(Driver::EyeRim { side, share: (along + 1) as f64 / (eye.upper.len() + 1) as f64 })
+    })
+}
+
+/// Vertices of the scan beyond `reach` of all controls, spread evenly: each next one is the farthest from all before it.
+fn anchors(controls: &[Point3<f64>], mesh: &Mesh, vertices: usize, reach: f64) -> Vec<Point3<f64>> {
+    let step = vertices.div_ceil(ANCHOR_CANDIDATES).max(1);
     let nearest = |p: &Point3<f64>, points: &[Point3<f64>]| {
         points.iter().map(|q| (p - q).norm_squared()).fold(f64::INFINITY, f64::min)
     };
-    let mut candidates: Vec<(Point3<f64>, f64)> = mesh
-        .positions
+    let mut candidates: Vec<(Point3<f64>, f64)> = mesh.positions[..vertices]
         .iter()
         .step_by(step)
         .map(|p| (*p, nearest(p, controls)))
@@ -84,9 +185,17 @@ mod tests {
     fn anchors_keep_their_distance_and_spread() {
         let positions: Vec<_> = (0..100).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
         let mesh = Mesh { positions, ..Mesh::default() };
-        let found = anchors(&[Point3::origin()], &mesh, 49.5);
+        let found = anchors(&[Point3::origin()], &mesh, 100, 49.5);
         assert_eq!(found.len(), 50);
         assert!(found.iter().all(|p| p.x > 49.0));
         assert!((found[0].x - 99.0).abs() < 1e-12 && (found[1].x - 50.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn lids_rims_are_known_and_folds_are_not() {
+        assert_eq!(eye_rim(33), Some(Driver::Landmark(33)));
+        assert_eq!(eye_rim(159), Some(Driver::EyeRim { side: Side::Right, share: 0.5 }));
+        assert_eq!(eye_rim(374), Some(Driver::EyeRim { side: Side::Left, share: 0.5 }));
+        assert_eq!(eye_rim(27), None);
     }
 }

@@ -9,12 +9,15 @@
 mod avatar;
 mod controls;
 mod error;
+mod lips;
 mod regions;
+mod skin;
 mod target;
 mod transfer;
 
 pub use avatar::{AvatarFrame, Rig};
-pub use controls::Controls;
+pub use controls::{Controls, Driver, Lip};
 pub use error::RigError;
+pub use lips::LipDrive;
 pub use target::TargetFace;
 pub use transfer::{Transfer, TransferRule};

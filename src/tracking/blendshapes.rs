@@ -29,6 +29,11 @@ impl ShapeScores {
         self.strongest(&[44, 45])
     }
 
+    /// One score by its place in the network's list; 0 for a place that is not there.
+    pub fn score(&self, shape: usize) -> f64 {
+        self.0.get(shape).copied().map_or(0.0, f64::from)
+    }
+
     fn strongest(&self, indices: &[usize]) -> f64 {
         indices.iter().filter_map(|&i| self.0.get(i)).fold(0.0, |most, &score| most.max(f64::from(score)))
     }

@@ -1,0 +1,159 @@
+//! Opening the lips: refine, embed the lip line, find the way along it, cut.
+
+use nalgebra::Point3;
+
+use super::{
+    edit::EditMesh,
+    lip_line::LipLine,
+    regions::{INNER_CORNERS, LOWER_INNER, UPPER_INNER},
+    slit::{Slit, SlitFault, cut},
+};
+
+/// Length of edges at the line, mouth widths, and how fast it may grow away from it.
+const EDGE: f64 = 0.03;
+const EDGE_GROWTH: f64 = 0.35;
+/// How far around the line the mesh is refined, mouth widths.
+const AROUND: f64 = 0.35;
+/// Surface farther behind the lips than this is the back of the head or the throat, mouth widths.
+const BEHIND: f64 = 0.5;
+/// The way over the skin from lip to lip is longer than this, in straight distances, where a mouth is open already.
+const DETOUR: f64 = 2.2;
+/// Of the cut's edges at least this share lies on the line.
+const ON_LINE: f64 = 0.8;
+/// Landmarks in the middle of the outer rims, upper and lower.
+const LIP_MIDDLES: [usize; 2] = [0, 17];
+
+/// What became of the lips.
+#[derive(Debug, Clone)]
+pub enum Lips {
+    /// They were one skin, and are cut along this path.
+    Cut(Slit),
+    /// The scan has its own opening between them.
+    Open,
+}
+
+/// Why the lips could not be opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LipFault {
+    /// The line leaves the surface.
+    #[error("the lip line leaves the surface")]
+    OffSurface,
+    /// The line could not be followed over the surface.
+    #[error("the surface between the lips has holes")]
+    Broken,
+    /// The surface could not be cut there.
+    #[error(transparent)]
+    Slit(#[from] SlitFault),
+}
+
+/// Opens the lips of `edit`, a mesh in the face's axes, along `line`. `landmarks` are in the same axes; `mouth` is the
+/// mouth's width in millimetres. On a fault the mesh is as it was.
+pub fn open(
+    edit: &mut EditMesh,
+    line: &LipLine,
+    landmarks: &[Option<Point3<f64>>],
+    mouth: f64,
+) -> Result<Lips, LipFault> {
+    let mut depths: Vec<f64> = UPPER_INNER
+        .iter()
+        .chain(&LOWER_INNER)
+        .chain(&INNER_CORNERS)
+        .filter_map(|&i| Some(landmarks[i]?.z))
+        .collect();
+    depths.sort_by(f64::total_cmp);
+    let front = *depths.get(depths.len() / 2).ok_or(LipFault::OffSurface)?;
+    let nearest = front - BEHIND * mouth;
+    let reach = AROUND * mouth;
+    let ends = line.ends.map(|end| line.place(end));
+    let low = Point3::new(ends[0].x - 2.0 * reach, ends[0].y.min(ends[1].y) - 2.0 * reach, nearest);
+    let high = Point3::new(ends[1].x + 2.0 * reach, ends[0].y.max(ends[1].y) + 2.0 * reach, front + mouth);
+    let mut patch = edit.patch(&low, &high);
+    if patch.is_empty() {
+        return Err(LipFault::OffSurface);
+    }
+    if is_open(edit, &patch, landmarks, nearest)? {
+        return Ok(Lips::Open);
+    }
+
+    let copy = edit.clone();
+    let opened = open_fused(edit, &mut patch, line, mouth, nearest);
+    if opened.is_err() {
+        *edit = copy;
+    }
+    opened.map(Lips::Cut)
+}
+
+/// Whether the way over the skin from lip to lip leads around an opening.
+fn is_open(
+    edit: &EditMesh,
+    patch: &[u32],
+    landmarks: &[Option<Point3<f64>>],
+    nearest: f64,
+) -> Result<bool, LipFault> {
+    let [upper, lower] = LIP_MIDDLES.map(|i| landmarks[i]);
+    let (upper, lower) = upper.zip(lower).ok_or(LipFault::OffSurface)?;
+    let places = || patch.iter().flat_map(|&t| edit.corners(t));
+    let closest = |p: &Point3<f64>| {
+        let far = |place: &u32| (edit.at(*place) - p).norm_squared();
+        places().min_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b))).ok_or(LipFault::OffSurface)
+    };
+    let (from, to) = (closest(&upper)?, closest(&lower)?);
+    let price = |a: u32, b: u32| {
+        let (p, q) = (edit.at(a), edit.at(b));
+        (p.z.min(q.z) > nearest).then(|| (p - q).norm())
+    };
+    let straight = (edit.at(from) - edit.at(to)).norm();
+    let way = edit.cheapest_path(patch, from, to, price);
+    Ok(way.is_none_or(|(_, length)| length > DETOUR * straight))
+}
+
+fn open_fused(
+    edit: &mut EditMesh,
+    patch: &mut Vec<u32>,
+    line: &LipLine,
+    mouth: f64,
+    nearest: f64,
+) -> Result<Slit, LipFault> {
+    let fine = EDGE * mouth;
+    let beyond = |p: &Point3<f64>| {
+        let along = line.along(p);
+        (line.ends[0] - along).max(along - line.ends[1])
+    };
+    edit.refine(patch, |p| {
+        let away = line.above(p).abs().max(beyond(p));
+        if away > AROUND * mouth || p.z < nearest {
+            return f64::INFINITY;
+        }
+        fine + EDGE_GROWTH * (away - fine).max(0.0)
+    });
+    let level = |p: &Point3<f64>| line.above(p);
+    let on = edit.embed(patch, level, |p| beyond(p) <= 0.0 && p.z > nearest);
+    let end = |along: f64| {
+        // Of the sheets of a folded lip the foremost one.
+        let off = |place: &u32| {
+            let p = edit.at(*place);
+            (line.along(p) - along).abs() - 0.3 * p.z
+        };
+        on.iter()
+            .filter(|place| (line.along(edit.at(**place)) - along).abs() < 2.0 * fine)
+            .min_by(|a, b| off(a).total_cmp(&off(b)).then(a.cmp(b)))
+            .copied()
+            .ok_or(LipFault::OffSurface)
+    };
+    let (start, stop) = (end(line.ends[0])?, end(line.ends[1])?);
+    let price = |a: u32, b: u32| {
+        let (p, q) = (edit.at(a), edit.at(b));
+        let length = (p - q).norm();
+        if on.contains(&a) && on.contains(&b) {
+            return Some(0.3 * length);
+        }
+        let off = line.above(p).abs().max(line.above(q).abs()) / fine;
+        (p.z.min(q.z) > nearest).then(|| length * (1.0 + 4.0 * off * off))
+    };
+    let (path, _) = edit.cheapest_path(patch, start, stop, price).ok_or(LipFault::Broken)?;
+    let followed = path.iter().filter(|place| on.contains(place)).count();
+    if (followed as f64) < ON_LINE * path.len() as f64 {
+        return Err(LipFault::Broken);
+    }
+    Ok(cut(edit, patch, &path, level)?)
+}

@@ -1,0 +1,40 @@
+//! A raw scan made able to perform: lips that part, a mouth behind them, a jaw, lids, eyes that look.
+//!
+//! A scan is one closed skin. It is cut open along the lips and around the eyes, and what a scanner does not see is
+//! added: cavity, teeth, tongue, eyeballs. The scan's own vertices keep their order; those of the cuts follow, then
+//! those of the added parts. Built once for a target, whatever the performer; `docs/anatomy.md` shows it.
+//!
+//! What the published methods leave out: 000 §7.2 names the missing tongue and jaw as what keeps expressions with an
+//! open mouth out of its results, 001 turns the jaw but leaves lips and lids to the model's author.
+
+mod atlas;
+mod edit;
+mod eye_hole;
+mod eyeball;
+mod frame;
+mod front_view;
+mod interior;
+mod jaw;
+mod lids;
+mod lip_line;
+mod lips;
+mod outline;
+mod part;
+mod prepare;
+mod regions;
+mod sides;
+mod slit;
+
+pub use eye_hole::EyeFault;
+pub use frame::FaceFrame;
+pub use front_view::FrontView;
+pub use interior::Hanging;
+pub use jaw::{Jaw, JawPose};
+pub use lids::{CLOSURES, LidShapes, shares as lid_shares};
+pub use lips::LipFault;
+pub use prepare::{Anatomy, Eye, Mouth, Omission, Part, PartKind};
+pub use regions::{
+    BETWEEN_JAW_AND_SKULL, CHIN, CORNERS, EyeLandmarks, INNER_CORNERS, LOWER_INNER, LOWER_LIP, ON_JAW,
+    OUTER_CORNERS, UPPER_INNER, UPPER_LIP, eye_landmarks,
+};
+pub use slit::SlitFault;

@@ -1,0 +1,475 @@
+//! The whole of it: a scan and its landmarks in, an [`Anatomy`] out.
+
+use std::{fmt, ops::Range, sync::Arc};
+
+use image::RgbImage;
+use nalgebra::{Point3, Vector3};
+
+use super::{
+    FaceFrame, FrontView, Hanging, Jaw, LidShapes,
+    edit::EditMesh,
+    eye_hole::{self, EyeFault},
+    eyeball::Eyeball,
+    interior::Interior,
+    lids,
+    lip_line::LipLine,
+    lips::{self, LipFault, Lips},
+    part::PartMesh,
+    regions::{LOWER_INNER, UPPER_INNER, eye_landmarks},
+    sides::lower_side,
+};
+use crate::{
+    lift::Side,
+    scan::{Material, Mesh, Surface, Texture, TextureFormat},
+};
+
+/// Gloss of the added parts.
+const WET_EYE: f32 = 1.0;
+const WET_MOUTH: f32 = 0.35;
+
+/// What a part is, and so how it moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PartKind {
+    /// The scan, cut open.
+    Skin,
+    /// The bag behind the lips.
+    Cavity,
+    /// Fixed to the skull.
+    UpperTeeth,
+    /// Fixed to the jaw.
+    LowerTeeth,
+    /// On the jaw.
+    Tongue,
+    /// Turns about its own centre.
+    Eye(Side),
+}
+
+impl PartKind {
+    /// What exports call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Skin => "face",
+            Self::Cavity => "mouth",
+            Self::UpperTeeth => "upper teeth",
+            Self::LowerTeeth => "lower teeth",
+            Self::Tongue => "tongue",
+            Self::Eye(Side::Right) => "right eye",
+            Self::Eye(Side::Left) => "left eye",
+        }
+    }
+}
+
+/// A stretch of the mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// What it is.
+    pub kind: PartKind,
+    /// Its vertices.
+    pub vertices: Range<usize>,
+    /// Its triangles.
+    pub triangles: Range<usize>,
+}
+
+/// A place on the line between the lips that drives both rims.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RimNode {
+    /// Stations of the network's inner lips: 0 is the right inner corner, 1..=9 the pairs, 10 the left corner. The node
+    /// lies at `share` of the way from this one to the next.
+    pub station: usize,
+    /// 0..1.
+    pub share: f64,
+    /// Where it rests on the upper and the lower rim, scan frame, millimetres; one place where the lips were cut.
+    pub rest: [Point3<f64>; 2],
+}
+
+/// The lips and what they need to move.
+#[derive(Debug, Clone)]
+pub struct Mouth {
+    /// Whether the program cut them; otherwise the scan's mouth was open.
+    pub is_cut: bool,
+    /// Vertices of the rims from the subject's right to the left, upper and lower, of equal number; empty where the
+    /// mouth was open.
+    pub rims: [Vec<u32>; 2],
+    /// From corner to corner.
+    pub nodes: Vec<RimNode>,
+    /// Where the inner corners rest, right and left; `None` where the landmark's own place serves.
+    pub corners: [Option<Point3<f64>>; 2],
+    /// Upwards across the lips, scan frame.
+    pub up: Vector3<f64>,
+    /// How the cavity's vertices hang on rims and jaw; `rim` is a vertex.
+    pub hanging: Vec<Hanging>,
+}
+
+/// An eye that can look and close.
+#[derive(Debug, Clone)]
+pub struct Eye {
+    /// Scan frame, millimetres.
+    pub centre: Point3<f64>,
+    /// Millimetres.
+    pub radius: f64,
+    /// Displacements in the scan frame.
+    pub lids: LidShapes,
+}
+
+/// What could not be made, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Omission {
+    /// Eyes or mouth are not known at all.
+    NoFace,
+    /// The lips stay fused.
+    Lips(LipFault),
+    /// An eye stays painted.
+    Eye(Side, EyeFault),
+}
+
+impl fmt::Display for Omission {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoFace => formatter.write_str("no mouth and no eyes: their corners are not among the landmarks"),
+            Self::Lips(fault) => write!(formatter, "the lips stay closed, without a mouth behind them: {fault}"),
+            Self::Eye(side, fault) => {
+                let side = if *side == Side::Right { "right" } else { "left" };
+                write!(formatter, "the {side} eye stays as it was scanned: {fault}")
+            }
+        }
+    }
+}
+
+/// A scan that can perform. Scan frame, millimetres.
+#[derive(Debug, Clone)]
+pub struct Anatomy {
+    /// The scan's vertices in their order, then those of the cuts, then those of the parts.
+    pub mesh: Mesh,
+    /// How many vertices the scan had.
+    pub scan_vertices: usize,
+    /// Skin first, then the cavity, if any, then the rigid parts.
+    pub parts: Vec<Part>,
+    /// For each vertex of the skin 0 on the upper lip's side, 1 on the lower one's.
+    pub lower_side: Vec<f32>,
+    /// The face's own axes; `None` where its proportions are unknown.
+    pub frame: Option<FaceFrame>,
+    /// Where the jaw turns; `None` where the face's proportions are unknown.
+    pub jaw: Option<Jaw>,
+    /// The lips.
+    pub mouth: Option<Mouth>,
+    /// Right and left.
+    pub eyes: [Option<Eye>; 2],
+    /// What was left out.
+    pub omissions: Vec<Omission>,
+}
+
+impl Anatomy {
+    /// The scan as it is: one skin.
+    pub fn as_scanned(mesh: &Mesh) -> Self {
+        let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
+        Self {
+            mesh: mesh.clone(),
+            scan_vertices: vertices,
+            parts: vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }],
+            lower_side: vec![0.0; vertices],
+            frame: None,
+            jaw: None,
+            mouth: None,
+            eyes: [None, None],
+            omissions: Vec::new(),
+        }
+    }
+
+    /// Opens a scan: `mesh` with its `surface`, and 478 landmarks on it, all in the scan frame. `view` shows its
+    /// colours; `None` for a scan without any. What cannot be done is left out and listed.
+    pub fn prepare(
+        mesh: &Mesh,
+        surface: &Surface,
+        landmarks: &[Option<Point3<f64>>],
+        view: Option<&FrontView>,
+    ) -> Self {
+        let Some(frame) = FaceFrame::of(landmarks) else {
+            return Self { omissions: vec![Omission::NoFace], ..Self::as_scanned(mesh) };
+        };
+        Preparation::new(mesh, surface, landmarks, view, frame).finish()
+    }
+
+    /// The skin's vertices.
+    pub fn skin_vertices(&self) -> usize {
+        self.parts[0].vertices.len()
+    }
+
+    /// The vertices that bend: the skin's and the cavity's. The others belong to rigid parts.
+    pub fn soft_vertices(&self) -> usize {
+        let soft = |part: &&Part| matches!(part.kind, PartKind::Skin | PartKind::Cavity);
+        self.parts.iter().filter(soft).map(|part| part.vertices.end).max().unwrap_or(0)
+    }
+
+    /// The eye on one side.
+    pub fn eye(&self, side: Side) -> Option<&Eye> {
+        self.eyes[usize::from(side == Side::Left)].as_ref()
+    }
+}
+
+struct Preparation<'a> {
+    scan: &'a Mesh,
+    surface: &'a Surface,
+    view: Option<&'a FrontView>,
+    frame: FaceFrame,
+    /// In the face's axes.
+    landmarks: Vec<Option<Point3<f64>>>,
+    /// In the face's axes.
+    edit: EditMesh,
+    omissions: Vec<Omission>,
+    parts: Vec<(PartKind, PartMesh, Material)>,
+}
+
+impl<'a> Preparation<'a> {
+    fn new(
+        scan: &'a Mesh,
+        surface: &'a Surface,
+        landmarks: &[Option<Point3<f64>>],
+        view: Option<&'a FrontView>,
+        frame: FaceFrame,
+    ) -> Self {
+        let mut mesh = scan.clone();
+        for position in &mut mesh.positions {
+            *position = frame.enter(position);
+        }
+        let landmarks = landmarks.iter().map(|p| p.map(|p| frame.enter(&p))).collect();
+        let (omissions, parts) = (Vec::new(), Vec::new());
+        Self { scan, surface, view, frame, landmarks, edit: EditMesh::new(mesh), omissions, parts }
+    }
+
+    fn finish(mut self) -> Anatomy {
+        let lips = self.open_lips();
+        let mut moved_back = Vec::new();
+        let eyes = Side::BOTH.map(|side| match self.open_eye(side, &mut moved_back) {
+            Ok(eye) => Some(eye),
+            Err(fault) => {
+                self.omissions.push(Omission::Eye(side, fault));
+                None
+            }
+        });
+        let (lower_side, mouth) = match &lips {
+            Some((line, lips)) => (
+                lower_side(&self.edit, line, lips, &self.landmarks, self.frame.mouth),
+                Some(self.mouth(line, lips)),
+            ),
+            None => (vec![0.0; self.edit.mesh().positions.len()], None),
+        };
+        // The interior needs the rims, and the eyes' parts come after it: the cavity must follow the skin.
+        self.parts.sort_by_key(|part| matches!(part.0, PartKind::Eye(_)));
+        let frame = self.frame;
+        let (scan_vertices, scan_positions) = (self.scan.positions.len(), &self.scan.positions);
+        let mut mesh = self.edit.into_mesh();
+        for (vertex, position) in mesh.positions.iter_mut().enumerate() {
+            // Not there and back: what stays where it was keeps its bits.
+            *position = scan_positions.get(vertex).copied().unwrap_or_else(|| frame.leave(position));
+        }
+        for (vertex, place) in moved_back {
+            mesh.positions[vertex as usize] = frame.leave(&place);
+        }
+        let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
+        let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
+        for (kind, part, material) in self.parts {
+            parts.push(join(&mut mesh, &frame, kind, part, material));
+        }
+        Anatomy {
+            mesh,
+            scan_vertices,
+            parts,
+            lower_side,
+            frame: Some(frame),
+            jaw: Some(Jaw::of(&frame)),
+            mouth,
+            eyes,
+            omissions: self.omissions,
+        }
+    }
+
+    fn open_lips(&mut self) -> Option<(LipLine, Lips)> {
+        let view = self.view;
+        let luma = |x: f64, y: f64| view.map_or(0.0, |view| view.luma(x, y));
+        let luma: Option<&dyn Fn(f64, f64) -> f64> = view.is_some().then_some(&luma);
+        let depth = |x: f64, y: f64| self.depth(x, y);
+        let line = LipLine::find(&self.landmarks, self.frame.mouth, luma, &depth);
+        let opened = line.ok_or(LipFault::OffSurface).and_then(|line| {
+            let lips = lips::open(&mut self.edit, &line, &self.landmarks, self.frame.mouth)?;
+            Ok((line, lips))
+        });
+        match opened {
+            Ok(opened) => Some(opened),
+            Err(fault) => {
+                self.omissions.push(Omission::Lips(fault));
+                None
+            }
+        }
+    }
+
+    /// The surface's z at a place in the plane of the face, seen from the front.
+    fn depth(&self, x: f64, y: f64) -> Option<f64> {
+        let before = self.frame.leave(&Point3::new(x, y, 4.0 * self.frame.eyes));
+        let hit = self.surface.cast(before, self.frame.leave_vector(&-Vector3::z()))?;
+        Some(self.frame.enter(&hit.position).z)
+    }
+
+    fn mouth(&mut self, line: &LipLine, lips: &Lips) -> Mouth {
+        let up = line.up();
+        let up = self.frame.leave_vector(&Vector3::new(up.x, up.y, 0.0));
+        let Lips::Cut(slit) = lips else {
+            let nodes = self.open_nodes(line);
+            return Mouth {
+                is_cut: false,
+                rims: [Vec::new(), Vec::new()],
+                nodes,
+                corners: [None, None],
+                up,
+                hanging: Vec::new(),
+            };
+        };
+        let points = |edit: &EditMesh, rim: &[u32]| -> Vec<(u32, Point3<f64>)> {
+            rim.iter().map(|&place| (place, *edit.at(place))).collect()
+        };
+        let (upper, lower) = (points(&self.edit, &slit.upper), points(&self.edit, &slit.lower));
+        let nodes = self.cut_nodes(line, &upper);
+        let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
+        let corners = line.corners.map(|along| Some(on_rim(along)));
+        let interior = Interior::new(line, &upper, &lower, self.frame.mouth);
+        let picture = Arc::new(encoded("mouth", &super::atlas::paint()));
+        let material = |name: &str| Material {
+            name: name.to_owned(),
+            base_colour: [1.0; 4],
+            texture: Some(Arc::clone(&picture)),
+            gloss: WET_MOUTH,
+        };
+        for (kind, part) in [
+            (PartKind::Cavity, interior.cavity),
+            (PartKind::UpperTeeth, interior.upper_teeth),
+            (PartKind::LowerTeeth, interior.lower_teeth),
+            (PartKind::Tongue, interior.tongue),
+        ] {
+            self.parts.push((kind, part, material(kind.name())));
+        }
+        Mouth {
+            is_cut: true,
+            rims: [slit.upper.clone(), slit.lower.clone()],
+            nodes,
+            corners,
+            up,
+            hanging: interior.hanging,
+        }
+    }
+
+    /// Along-coordinates of the network's stations, ascending.
+    fn stations(&self, line: &LipLine) -> Vec<f64> {
+        let pairs = UPPER_INNER.iter().zip(&LOWER_INNER);
+        let mut stations = vec![line.corners[0]];
+        for (&u, &l) in pairs {
+            let both: Vec<f64> =
+                [u, l].iter().filter_map(|&i| Some(line.along(&self.landmarks[i]?))).collect();
+            let last = stations[stations.len() - 1];
+            let mean = both.iter().sum::<f64>() / both.len().max(1) as f64;
+            stations.push(if both.is_empty() { last } else { mean.max(last) });
+        }
+        stations.push(line.corners[1].max(stations[stations.len() - 1]));
+        stations
+    }
+
+    /// Two nodes to a stretch between stations.
+    fn cut_nodes(&self, line: &LipLine, rim: &[(u32, Point3<f64>)]) -> Vec<RimNode> {
+        let stations = self.stations(line);
+        let mut nodes = Vec::new();
+        for station in 0..stations.len() - 1 {
+            for share in [0.0, 0.5] {
+                let along = stations[station] + (stations[station + 1] - stations[station]) * share;
+                let rest = self.frame.leave(&rim_place(line, rim, along));
+                let repeated =
+                    nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.2);
+                if (station, share) != (0, 0.0) && !repeated {
+                    nodes.push(RimNode { station, share, rest: [rest; 2] });
+                }
+            }
+        }
+        nodes
+    }
+
+    /// The network's pairs where the mouth was open: each on its own lip.
+    fn open_nodes(&self, line: &LipLine) -> Vec<RimNode> {
+        let stations = self.stations(line);
+        let pairs = UPPER_INNER.iter().zip(&LOWER_INNER).enumerate();
+        pairs
+            .filter_map(|(k, (&u, &l))| {
+                let (upper, lower) = (self.landmarks[u]?, self.landmarks[l]?);
+                let _ = stations.get(k + 1)?;
+                let rest = [self.frame.leave(&upper), self.frame.leave(&lower)];
+                Some(RimNode { station: k + 1, share: 0.0, rest })
+            })
+            .collect()
+    }
+
+    fn open_eye(
+        &mut self,
+        side: Side,
+        moved_back: &mut Vec<(u32, Point3<f64>)>,
+    ) -> Result<Eye, EyeFault> {
+        let eye = eye_landmarks(side);
+        let before = self.edit.clone();
+        let hole = eye_hole::open(&mut self.edit, &self.landmarks, eye)?;
+        let ball = Eyeball::fit(&self.edit, &hole);
+        let Some(mut lids) = lids::shape(&self.edit, &hole, &ball, &self.landmarks, eye) else {
+            self.edit = before;
+            return Err(EyeFault::OffSurface);
+        };
+        for shape in lids.shapes.iter_mut().flatten() {
+            *shape = self.frame.leave_vector(shape);
+        }
+        moved_back.extend(hole.painted.iter().map(|&v| (v, ball.behind(&hole, self.edit.at(v)))));
+        let kind = PartKind::Eye(side);
+        let picture = ball.texture(&hole, &self.landmarks, eye, self.view);
+        let texture = Some(Arc::new(encoded(kind.name(), &picture)));
+        let material =
+            Material { name: kind.name().to_owned(), base_colour: [1.0; 4], texture, gloss: WET_EYE };
+        self.parts.push((kind, ball.mesh(), material));
+        Ok(Eye { centre: self.frame.leave(&ball.centre), radius: ball.radius, lids })
+    }
+}
+
+/// The place on a rim at an along-coordinate.
+fn rim_place(line: &LipLine, rim: &[(u32, Point3<f64>)], along: f64) -> Point3<f64> {
+    let at = |i: usize| line.along(&rim[i].1);
+    let crossing = (1..rim.len()).find(|&i| at(i) >= along);
+    let right = crossing.unwrap_or(rim.len() - 1);
+    let (a, b) = (at(right - 1), at(right));
+    let t = if b > a { ((along - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+    rim[right - 1].1 + (rim[right].1 - rim[right - 1].1) * t
+}
+
+fn encoded(name: &str, picture: &RgbImage) -> Texture {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    // Writing into memory does not fail; without bytes the material is plain.
+    let _ = picture.write_to(&mut bytes, image::ImageFormat::Png);
+    Texture { name: format!("{name}.png"), format: TextureFormat::Png, bytes: bytes.into_inner() }
+}
+
+/// Appends a part to the mesh, which gains what it lacks to hold it.
+fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: PartMesh, material: Material) -> Part {
+    if mesh.materials.is_empty() {
+        mesh.materials.push(Material { name: "skin".into(), base_colour: [1.0; 4], texture: None, gloss: 0.0 });
+    }
+    if mesh.triangle_materials.is_empty() {
+        mesh.triangle_materials = vec![0; mesh.triangles.len()];
+    }
+    if mesh.uv_triangles.is_empty() {
+        mesh.uvs = vec![[0.0; 2]];
+        mesh.uv_triangles = vec![[0; 3]; mesh.triangles.len()];
+    }
+    let (vertex, uv, triangle) = (mesh.positions.len(), mesh.uvs.len(), mesh.triangles.len());
+    let number = mesh.materials.len() as u32;
+    mesh.materials.push(material);
+    mesh.positions.extend(part.positions.iter().map(|p| frame.leave(p)));
+    if !mesh.colours.is_empty() {
+        mesh.colours.resize(mesh.positions.len(), [1.0; 3]);
+    }
+    mesh.uvs.extend(&part.uvs);
+    let from = |offset: usize| move |t: &[u32; 3]| t.map(|i| i + offset as u32);
+    mesh.uv_triangles.extend(part.triangles.iter().map(from(uv)));
+    mesh.triangle_materials.resize(triangle + part.triangles.len(), number);
+    mesh.triangles.extend(part.triangles.iter().map(from(vertex)));
+    Part { kind, vertices: vertex..mesh.positions.len(), triangles: triangle..mesh.triangles.len() }
+}

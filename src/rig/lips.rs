@@ -1,0 +1,145 @@
+//! The lips' rims: how far they part is what the performer's part, wherever the rest of the face goes.
+
+use nalgebra::{Point3, Vector3};
+
+use super::Transfer;
+use crate::{
+    anatomy::{INNER_CORNERS, LOWER_INNER, Mouth, OUTER_CORNERS, UPPER_INNER},
+    lift::{Displacements, Performer},
+};
+
+/// Stations: the right inner corner, nine pairs, the left inner corner.
+const STATIONS: usize = UPPER_INNER.len() + 2;
+/// A performer whose lips are shut shows at most this gap, outer canthal distances; the network never sees none.
+const SHUT: f64 = 0.02;
+/// Closed lips also part by noise: this much more than the neutral's gap still counts as closed.
+const SLACK: f64 = 1.15;
+/// Over this gap the lips' differences across it come in, millimetres.
+const UNSTUCK: f64 = 1.0;
+
+/// Drives pairs of controls on the rims.
+#[derive(Debug, Clone)]
+pub struct LipDrive {
+    nodes: Vec<Node>,
+    /// Unit vectors across the lips: the performer's scan frame and the target's.
+    up_performer: Vector3<f64>,
+    up_target: Vector3<f64>,
+    /// Target's mouth width over the performer's.
+    ratio: f64,
+    /// Performer's positions of the pairs, neutral.
+    pairs: [[Point3<f64>; 2]; UPPER_INNER.len()],
+    /// Performer's gaps that count as closed, millimetres.
+    closed: [f64; UPPER_INNER.len()],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    station: usize,
+    share: f64,
+    /// Gap at rest, millimetres.
+    rest: f64,
+}
+
+/// What a station wants: the two lips' displacements and their gap.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wish {
+    upper: Vector3<f64>,
+    lower: Vector3<f64>,
+    gap: f64,
+}
+
+impl LipDrive {
+    /// For one performer and one target's mouth. `target_width` is its width in millimetres.
+    pub fn new(performer: &Performer, mouth: &Mouth, target_width: f64) -> Self {
+        let neutral = performer.neutral();
+        let up_performer = performer.level().inverse() * Vector3::y();
+        let pairs = std::array::from_fn(|k| [neutral[UPPER_INNER[k]], neutral[LOWER_INNER[k]]]);
+        let most = SHUT * performer.outer_canthal_distance();
+        let closed = pairs.map(|[u, l]| ((u - l).dot(&up_performer) * SLACK).clamp(0.0, most));
+        let width = (neutral[OUTER_CORNERS[0]] - neutral[OUTER_CORNERS[1]]).norm();
+        let nodes = mouth
+            .nodes
+            .iter()
+            .map(|node| Node {
+                station: node.station,
+                share: node.share,
+                rest: (node.rest[0] - node.rest[1]).dot(&mouth.up),
+            })
+            .collect();
+        Self {
+            nodes,
+            up_performer,
+            up_target: mouth.up,
+            ratio: target_width / width.max(f64::MIN_POSITIVE),
+            pairs,
+            closed,
+        }
+    }
+
+    /// The gap that a pair of the performer's inner lips asks of the target, millimetres.
+    pub fn wanted_gap(&self, pair: usize, displacements: &Displacements) -> f64 {
+        let [u, l] = self.pairs[pair];
+        let upper = u + displacements.vectors[UPPER_INNER[pair]];
+        let lower = l + displacements.vectors[LOWER_INNER[pair]];
+        let gap = (upper - lower).dot(&self.up_performer);
+        self.ratio * parted(gap, self.closed[pair])
+    }
+
+    /// What the stations want in one frame.
+    pub(super) fn wishes(&self, transfer: &Transfer, displacements: &Displacements) -> [Wish; STATIONS] {
+        let moved = |landmark: usize| transfer.displacement(landmark, displacements);
+        let corner = |landmark: usize| Wish { upper: moved(landmark), lower: moved(landmark), gap: 0.0 };
+        std::array::from_fn(|station| match station.checked_sub(1) {
+            None => corner(INNER_CORNERS[0]),
+            Some(pair) if pair < UPPER_INNER.len() => Wish {
+                upper: moved(UPPER_INNER[pair]),
+                lower: moved(LOWER_INNER[pair]),
+                gap: self.wanted_gap(pair, displacements),
+            },
+            Some(_) => corner(INNER_CORNERS[1]),
+        })
+    }
+
+    /// Displacements of a node on the upper and the lower rim, target's scan frame, millimetres.
+    pub(super) fn rims(&self, node: usize, wishes: &[Wish; STATIONS]) -> [Vector3<f64>; 2] {
+        let node = &self.nodes[node];
+        let a = &wishes[node.station];
+        let b = &wishes[(node.station + 1).min(STATIONS - 1)];
+        let mix = |p: Vector3<f64>, q: Vector3<f64>| p + (q - p) * node.share;
+        let (upper, lower) = (mix(a.upper, b.upper), mix(a.lower, b.lower));
+        let gap = a.gap + (b.gap - a.gap) * node.share;
+        let middle = (upper + lower) / 2.0;
+        let apart = upper - lower;
+        let aside = apart - self.up_target * apart.dot(&self.up_target);
+        let loose = (gap / UNSTUCK).clamp(0.0, 1.0);
+        let half = (self.up_target * (gap - node.rest) + aside * loose) / 2.0;
+        [middle + half, middle - half]
+    }
+}
+
+/// A gap without what closed lips show of one: none up to `closed`, itself once it is several times as wide.
+fn parted(gap: f64, closed: f64) -> f64 {
+    let over = gap - closed;
+    if over <= 0.0 {
+        return 0.0;
+    }
+    gap - closed * (-over / (2.0 * closed.max(1e-9))).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_opens_without_a_step_and_ends_as_itself() {
+        assert!(parted(0.4, 0.5).abs() < 1e-12 && parted(0.5, 0.5).abs() < 1e-12);
+        let mut last = 0.0;
+        for i in 0..400 {
+            let gap = parted(0.05 * f64::from(i), 0.5);
+            assert!(gap >= last && gap - last < 0.1);
+            last = gap;
+        }
+        assert!((parted(15.0, 0.5) - 15.0).abs() < 1e-5);
+        assert!((parted(3.0, 0.0) - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,283 @@
+//! The one matrix that moves skin and cavity: splines on both sides of the lips, the jaw, the lids.
+//!
+//! All of it is linear in what changes from frame to frame, so a frame stays one product (and an export's morph targets
+//! come from the same columns). A rigid motion x → x + (R − I)(x − p) + t that a vertex follows by the weight w is the
+//! sum of four columns w·(x − p) and w with the columns of R − I and t as their displacements; a lid's shape is three
+//! columns, one an axis.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::{
+    Controls, RigError, TargetFace,
+    controls::{Driver, Lip},
+};
+use crate::{
+    anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Hanging, Jaw, ON_JAW, lid_shares},
+    lift::{Eyes, Side},
+    scan::Mesh,
+    spline::{Kernel, Options, Regularisation, Spline, Warp},
+};
+
+/// λ of the warp over the outer canthal distance: enough that two landmarks on one pixel do no harm, too little to
+/// take more than a hundredth off a lip's gap.
+const LAMBDA: f64 = 1e-4;
+/// Columns of a rigid motion.
+const RIGID: usize = 4;
+/// Columns of one eye's lids.
+const LIDS: usize = 3 * CLOSURES.len();
+/// In the middle of the lips, up to this share of half the mouth's width, the lower one goes with the jaw altogether.
+const MIDDLE: f64 = 0.55;
+/// Landmarks this far above the mouth lie on the skull, mouth widths.
+const ABOVE: f64 = 0.12;
+
+/// The matrix, and what its columns are.
+#[derive(Debug, Clone)]
+pub struct SkinWarp {
+    /// Soft vertices × columns.
+    pub warp: Warp,
+    /// Columns of the controls.
+    controls: usize,
+    /// First column of the jaw.
+    jaw: Option<usize>,
+    /// First columns of the right and the left eye's lids.
+    lids: [Option<usize>; 2],
+    /// How much each control moves with the jaw.
+    pub jaw_shares: Vec<f64>,
+    pivot: Point3<f64>,
+}
+
+impl SkinWarp {
+    /// For an opened target, or a scan as it is.
+    pub fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Result<Self, RigError> {
+        let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
+        let spline = two_sided(target, controls, anatomy, positions)?;
+        let bone = anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, jaw)).transpose()?;
+        let jaw = bone.is_some().then_some(controls.rest.len());
+        let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
+        let lids = [0, 1].map(|eye| {
+            anatomy.eyes[eye].as_ref()?;
+            columns += LIDS;
+            Some(columns - LIDS)
+        });
+        let skin = positions.len();
+        let warp = Warp::from_columns(anatomy.soft_vertices(), columns, |j, column| {
+            if j < spline.controls() {
+                column[..skin].copy_from_slice(spline.column(j));
+            } else if let (Some(first), Some(bone)) = (jaw, &bone)
+                && j < first + RIGID
+            {
+                bone.fill(j - first, &positions.iter().collect::<Vec<_>>(), &mut column[..skin]);
+            } else {
+                let eye = usize::from(lids[1].is_some_and(|first| j >= first));
+                if let (Some(first), Some(eye)) = (lids[eye], &anatomy.eyes[eye]) {
+                    let (shape, axis) = ((j - first) / 3, (j - first) % 3);
+                    for (&vertex, moved) in eye.lids.vertices.iter().zip(&eye.lids.shapes[shape]) {
+                        column[vertex as usize] = moved[axis] as f32;
+                    }
+                }
+            }
+            hang(anatomy, &bone, jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|f| j - f), column);
+        })
+        .map_err(|source| RigError::Spline { what: "the target's skin", source })?;
+        Ok(Self {
+            warp,
+            controls: controls.rest.len(),
+            jaw,
+            lids,
+            jaw_shares: bone.as_ref().map_or_else(|| vec![0.0; controls.rest.len()], |b| b.at_controls.clone()),
+            pivot: anatomy.jaw.map_or_else(Point3::origin, |jaw| jaw.pivot),
+        })
+    }
+
+    /// A warp made in another way, which has only controls.
+    pub fn plain(warp: Warp) -> Self {
+        let controls = warp.controls();
+        Self {
+            warp,
+            controls,
+            jaw: None,
+            lids: [None, None],
+            jaw_shares: vec![0.0; controls],
+            pivot: Point3::origin(),
+        }
+    }
+
+    /// Whether a jaw moves it.
+    pub fn has_jaw(&self) -> bool {
+        self.jaw.is_some()
+    }
+
+    /// Writes what jaw and lids put into their columns.
+    pub fn drive(&self, jaw: &Isometry3<f64>, eyes: &Eyes, out: &mut [[f32; 3]]) {
+        debug_assert!(out.len() == self.warp.controls() && self.controls <= out.len());
+        if let Some(first) = self.jaw {
+            let turn = jaw.rotation.to_rotation_matrix().into_inner() - nalgebra::Matrix3::identity();
+            let slide = jaw * self.pivot - self.pivot;
+            for axis in 0..3 {
+                out[first + axis] = turn.column(axis).map(|v| v as f32).into();
+            }
+            out[first + 3] = slide.map(|v| v as f32).into();
+        }
+        for (side, first) in Side::BOTH.into_iter().zip(self.lids) {
+            let Some(first) = first else { continue };
+            for (k, share) in lid_shares(eyes.of(side).closure).into_iter().enumerate() {
+                for axis in 0..3 {
+                    out[first + 3 * k + axis] = [0.0; 3];
+                    out[first + 3 * k + axis][axis] = share as f32;
+                }
+            }
+        }
+    }
+}
+
+/// Each side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
+fn two_sided(
+    target: &TargetFace,
+    controls: &Controls,
+    anatomy: &Anatomy,
+    positions: &[Point3<f64>],
+) -> Result<Warp, RigError> {
+    let options = options(target);
+    let fault = |source| RigError::Spline { what: "the target's control points", source };
+    if anatomy.mouth.is_none() {
+        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options).map_err(fault);
+    }
+    let mut shares: Vec<Vec<(usize, f32)>> = vec![Vec::new(); controls.rest.len()];
+    for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
+        let members: Vec<usize> = (0..controls.rest.len()).filter(|&i| controls.lips[i] != other).collect();
+        let centres: Vec<_> = members.iter().map(|&i| controls.rest[i]).collect();
+        let weight = |v: usize| if lower { anatomy.lower_side[v] } else { 1.0 - anatomy.lower_side[v] };
+        let vertices: Vec<usize> = (0..positions.len()).filter(|&v| weight(v) > 0.0).collect();
+        let points: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
+        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &points, options).map_err(fault)?;
+        for (column, &control) in members.iter().enumerate() {
+            let pairs = vertices.iter().zip(warp.column(column));
+            shares[control].extend(pairs.map(|(&v, share)| (v, share * weight(v))));
+        }
+    }
+    Warp::from_columns(positions.len(), controls.rest.len(), |control, column| {
+        for &(vertex, share) in &shares[control] {
+            column[vertex] += share;
+        }
+    })
+    .map_err(fault)
+}
+
+fn options(target: &TargetFace) -> Options {
+    let lambda = LAMBDA * target.outer_canthal_distance();
+    Options { regularisation: Regularisation::Absolute(lambda), ..Options::default() }
+}
+
+/// How much everything moves with the jaw: all on chin and middle lower lip, not at all above the mouth, and between
+/// them as a spline through both goes, on either side of the lips.
+struct JawShares {
+    at_vertices: Vec<f64>,
+    at_controls: Vec<f64>,
+    pivot: Point3<f64>,
+}
+
+impl JawShares {
+    fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy, jaw: Jaw) -> Result<Self, RigError> {
+        let known = KnownShares::new(target, controls, anatomy);
+        let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
+        let (upper, lower) = (known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?);
+        let share = |p: &Point3<f64>, side: f64| {
+            let value = |spline: &Spline<3>| spline.evaluate(p).x;
+            let mixed = if side <= 0.0 {
+                value(&upper)
+            } else if side >= 1.0 {
+                value(&lower)
+            } else {
+                (1.0 - side) * value(&upper) + side * value(&lower)
+            };
+            mixed.clamp(0.0, 1.0)
+        };
+        let at_vertices =
+            positions.iter().zip(&anatomy.lower_side).map(|(p, side)| share(p, f64::from(*side))).collect();
+        let side = |lip: Lip| match lip {
+            Lip::Upper => 0.0,
+            Lip::Lower => 1.0,
+            Lip::Neither => 0.5,
+        };
+        let at_controls =
+            controls.rest.iter().zip(&controls.lips).map(|(p, lip)| share(p, side(*lip))).collect();
+        Ok(Self { at_vertices, at_controls, pivot: jaw.pivot })
+    }
+
+    /// One of the four columns at the skin's vertices.
+    fn fill(&self, which: usize, positions: &[&Point3<f64>], column: &mut [f32]) {
+        for ((to, p), share) in column.iter_mut().zip(positions).zip(&self.at_vertices) {
+            *to = (share * rigid_column(which, p, &self.pivot)) as f32;
+        }
+    }
+}
+
+fn rigid_column(which: usize, point: &Point3<f64>, pivot: &Point3<f64>) -> f64 {
+    if which < 3 { point[which] - pivot[which] } else { 1.0 }
+}
+
+/// Where the share is known beforehand.
+struct KnownShares {
+    places: Vec<Point3<f64>>,
+    shares: Vec<f64>,
+    lips: Vec<Lip>,
+}
+
+impl KnownShares {
+    fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Self {
+        let corners = [61, 291].map(|i: usize| target.landmarks[i].unwrap_or_else(Point3::origin));
+        let middle = nalgebra::center(&corners[0], &corners[1]);
+        let width = (corners[1] - corners[0]).norm().max(f64::MIN_POSITIVE);
+        let along = (corners[1] - corners[0]) / width;
+        let up = anatomy.frame.map_or_else(Vector3::y, |frame| frame.leave_vector(&Vector3::y()));
+        let mut known = Self { places: Vec::new(), shares: Vec::new(), lips: Vec::new() };
+        for ((place, lip), driver) in controls.rest.iter().zip(&controls.lips).zip(&controls.drivers) {
+            let (aside, above) = ((place - middle).dot(&along).abs(), (place - middle).dot(&up));
+            let is_middle = aside < MIDDLE * width / 2.0;
+            let share = match (driver, lip) {
+                (_, Lip::Upper) => is_middle.then_some(0.0),
+                (_, Lip::Lower) => is_middle.then_some(1.0),
+                (Driver::Landmark(i), _) if ON_JAW.contains(i) => Some(1.0),
+                (Driver::Landmark(i), _) if CORNERS.contains(i) || BETWEEN_JAW_AND_SKULL.contains(i) => None,
+                _ => (above > ABOVE * width).then_some(0.0),
+            };
+            if let Some(share) = share {
+                known.push(*place, share, *lip);
+            }
+        }
+        for anchor in &controls.anchors {
+            known.push(*anchor, 0.0, Lip::Neither);
+        }
+        known
+    }
+
+    fn push(&mut self, place: Point3<f64>, share: f64, lip: Lip) {
+        self.places.push(place);
+        self.shares.push(share);
+        self.lips.push(lip);
+    }
+
+    /// Through all but one lip's.
+    fn spline(&self, target: &TargetFace, without: Lip) -> Result<Spline<3>, RigError> {
+        let members: Vec<usize> = (0..self.places.len()).filter(|&i| self.lips[i] != without).collect();
+        let centres: Vec<_> = members.iter().map(|&i| self.places[i]).collect();
+        let values: Vec<_> = members.iter().map(|&i| Vector3::new(self.shares[i], 0.0, 0.0)).collect();
+        Spline::fit(Kernel::Linear, &centres, &values, options(target))
+            .map_err(|source| RigError::Spline { what: "the jaw's influence", source })
+    }
+}
+
+/// Hangs the cavity on rims and jaw, in one column whose skin has been filled. `rigid` says which of the jaw's columns
+/// it is, if any.
+fn hang(anatomy: &Anatomy, bone: &Option<JawShares>, rigid: Option<usize>, column: &mut [f32]) {
+    let Some(mouth) = &anatomy.mouth else { return };
+    let first = anatomy.skin_vertices();
+    let Mesh { positions, .. } = &anatomy.mesh;
+    for (k, &Hanging { rim, with_rim, with_jaw }) in mouth.hanging.iter().enumerate() {
+        let mut share = f64::from(column[rim as usize]) * with_rim;
+        if let (Some(which), Some(bone)) = (rigid, bone) {
+            share += with_jaw * rigid_column(which, &positions[first + k], &bone.pivot);
+        }
+        column[first + k] = share as f32;
+    }
+}
