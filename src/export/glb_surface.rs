@@ -1,4 +1,4 @@
-//! A scan as glTF wants it: one index per corner, so vertices on texture seams are split.
+//! A mesh as glTF wants it: one index per corner, so vertices on texture seams are split.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use gltf_json::material::{
 };
 use gltf_json::validation::Checked::Valid;
 
-use super::glb::GlbAvatar;
+use super::glb::GlbPart;
 use super::glb_buffer::GlbBuffer;
 use super::glb_image::power_of_two;
 use crate::scan::{Mesh, Texture, TextureFormat};
@@ -80,21 +80,21 @@ impl Surface {
 
 /// Adds the vertices once and a primitive for each material; returns the primitives.
 pub(super) fn push_surface(
-    avatar: &GlbAvatar,
+    part: &GlbPart,
     surface: &Surface,
+    looks: &mut Looks,
     root: &mut json::Root,
     buffer: &mut GlbBuffer,
 ) -> Vec<json::mesh::Primitive> {
     use json::mesh::Semantic;
-    let mesh = avatar.mesh;
-    let positions: Vec<[f32; 3]> =
-        mesh.positions.iter().map(|point| point.coords.map(|value| value as f32).into()).collect();
+    let mesh = part.mesh;
+    let positions: Vec<[f32; 3]> = part.positions().collect();
     let positions = buffer.push_vertices(&surface.spread(&positions), true);
-    let normals = (!avatar.normals.is_empty()).then(|| {
-        let unit: Vec<_> = avatar.normals.iter().copied().map(unit_normal).collect();
+    let normals = (!part.normals.is_empty()).then(|| {
+        let unit: Vec<_> = part.normals.iter().copied().map(unit_normal).collect();
         buffer.push_vertices(&surface.spread(&unit), false)
     });
-    let targets: Vec<_> = avatar
+    let targets: Vec<_> = part
         .morphs
         .iter()
         .map(|morph| json::mesh::MorphTarget {
@@ -103,7 +103,6 @@ pub(super) fn push_surface(
             tangents: None,
         })
         .collect();
-    let mut looks = Looks::default();
     // Attributes that no material of the scan uses are not stored.
     let (mut uvs, mut colours) = (None, None);
     let mut primitives = Vec::with_capacity(surface.groups.len());
@@ -127,7 +126,7 @@ pub(super) fn push_surface(
         let texture = texture.map(|texture| looks.texture(texture, root, buffer));
         let bare = if mesh.colours.is_empty() { DEFAULT_GREY } else { [1.0; 4] };
         let colour = found.map_or(bare, |found| found.base_colour);
-        let name = found.map(|found| found.name.clone());
+        let name = found.map_or(part.name, |found| &found.name);
         primitives.push(json::mesh::Primitive {
             attributes,
             extensions: None,
@@ -141,9 +140,9 @@ pub(super) fn push_surface(
     primitives
 }
 
-/// Textures already embedded, so that materials that share one do not double it.
+/// Textures already embedded, so that materials and parts that share one do not double it.
 #[derive(Default)]
-struct Looks {
+pub(super) struct Looks {
     textures: Vec<(Arc<Texture>, Index<json::Texture>)>,
 }
 
@@ -181,7 +180,7 @@ impl Looks {
     }
 }
 
-fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> Material {
+fn look(name: &str, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> Material {
     let colour = colour.map(|value| value.clamp(0.0, 1.0));
     let alpha_mode = if colour[3] < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque };
     Material {
@@ -189,7 +188,7 @@ fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Text
         alpha_mode: Valid(alpha_mode),
         // Scans are open shells, and some are turned inside out.
         double_sided: true,
-        name: Some(name.unwrap_or_else(|| "skin".into())),
+        name: Some(name.into()),
         pbr_metallic_roughness: PbrMetallicRoughness {
             base_color_factor: PbrBaseColorFactor(colour),
             base_color_texture: texture.map(|index| json::texture::Info {
