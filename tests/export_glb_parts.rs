@@ -16,7 +16,7 @@ use gltf_validator::{validate, validator};
 use grid::{grid, head, morphs, normals, part, plain, seamed, textured, times, weights};
 use nalgebra::{Isometry3, Matrix4, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use understudy::export::{GlbAvatar, GlbPart, MorphTarget, NodeKey, write_glb};
-use understudy::scan::{Mesh, TextureFormat};
+use understudy::scan::{Material, Mesh, TextureFormat};
 
 const FRAMES: usize = 7;
 const PIVOT: [f32; 3] = [0.03, 0.035, -0.012];
@@ -147,6 +147,26 @@ fn a_rigid_part_turns_about_its_pivot() {
             }
         }
     }
+}
+
+#[test]
+fn gloss_becomes_smoothness() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let with = |gloss: f32| {
+        let material = Material { gloss, ..plain("wet", [1.0; 4]) };
+        let mesh = Mesh { materials: vec![material], ..grid() };
+        let parts = [part("face", &mesh)];
+        let avatar = GlbAvatar { name: "x", parts: &parts, weights: &[], times: &[], head: None };
+        write_glb(&path, &avatar).map(|()| {
+            let (document, _) = read(&path);
+            document.materials().next().unwrap().pbr_metallic_roughness().roughness_factor()
+        })
+    };
+    for (gloss, roughness) in [(0.0, 0.8), (0.5, 0.44), (1.0, 0.08), (7.0, 0.08)] {
+        assert!((with(gloss).unwrap() - roughness).abs() < 1e-6, "{gloss}");
+    }
+    assert!(with(f32::NAN).unwrap_err().to_string().contains("part \"face\""));
 }
 
 /// What `understudy prepare` writes: shapes that others will animate.

@@ -15,7 +15,8 @@ use super::glb_buffer::GlbBuffer;
 use super::glb_image::power_of_two;
 use crate::scan::{Mesh, Texture, TextureFormat};
 
-const ROUGHNESS: f32 = 0.8;
+/// Of skin, and of the wettest surface: a little above 0, because viewers' highlights vanish there.
+const ROUGHNESS: [f32; 2] = [0.8, 0.08];
 /// Linear; what a scan without any colour is shown in.
 const DEFAULT_GREY: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 
@@ -127,12 +128,13 @@ pub(super) fn push_surface(
         let bare = if mesh.colours.is_empty() { DEFAULT_GREY } else { [1.0; 4] };
         let colour = found.map_or(bare, |found| found.base_colour);
         let name = found.map_or(part.name, |found| &found.name);
+        let roughness = roughness(found.map_or(0.0, |found| found.gloss));
         primitives.push(json::mesh::Primitive {
             attributes,
             extensions: None,
             extras: None,
             indices: Some(indices),
-            material: Some(Index::push(&mut root.materials, look(name, colour, texture))),
+            material: Some(Index::push(&mut root.materials, look(name, colour, roughness, texture))),
             mode: Valid(json::mesh::Mode::Triangles),
             targets: (!targets.is_empty()).then(|| targets.clone()),
         });
@@ -180,7 +182,7 @@ impl Looks {
     }
 }
 
-fn look(name: &str, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> Material {
+fn look(name: &str, colour: [f32; 4], roughness: f32, texture: Option<Index<json::Texture>>) -> Material {
     let colour = colour.map(|value| value.clamp(0.0, 1.0));
     let alpha_mode = if colour[3] < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque };
     Material {
@@ -198,7 +200,7 @@ fn look(name: &str, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> 
                 extras: None,
             }),
             metallic_factor: StrengthFactor(0.0),
-            roughness_factor: StrengthFactor(ROUGHNESS),
+            roughness_factor: StrengthFactor(roughness),
             metallic_roughness_texture: None,
             extensions: None,
             extras: None,
@@ -210,6 +212,12 @@ fn look(name: &str, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> 
         extensions: None,
         extras: None,
     }
+}
+
+fn roughness(gloss: f32) -> f32 {
+    let [skin, wet] = ROUGHNESS;
+    let gloss = gloss.clamp(0.0, 1.0);
+    skin * (1.0 - gloss) + wet * gloss
 }
 
 /// glTF wants unit length; a vertex whose triangles have no area points along +Z, out of the face.
