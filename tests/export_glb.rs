@@ -5,113 +5,28 @@
 
 #[path = "common/gltf_validator.rs"]
 mod gltf_validator;
+#[path = "common/grid.rs"]
+mod grid;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use gltf::animation::util::ReadOutputs;
 use gltf_validator::{validate, validator};
+use grid::{grid, head, morphs, normals, part, picture, plain, seamed, textured, times, weights};
 use nalgebra::Point3;
 use understudy::capture::Timestamp;
-use understudy::export::{GlbAvatar, HeadKey, MorphTarget, write_glb};
-use understudy::scan::{Material, Mesh, Texture, TextureFormat};
-
-fn picture(format: image::ImageFormat) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let pixels = image::RgbImage::from_fn(8, 4, |x, y| image::Rgb([x as u8 * 30, y as u8 * 60, 90]));
-    pixels.write_to(&mut bytes, format).unwrap();
-    bytes.into_inner()
-}
-
-fn textured(name: &str, format: TextureFormat) -> Material {
-    let encoding = match format {
-        TextureFormat::Png => image::ImageFormat::Png,
-        TextureFormat::Jpeg => image::ImageFormat::Jpeg,
-    };
-    let texture = Texture { name: format!("{name}.img"), format, bytes: picture(encoding) };
-    Material { name: name.into(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)), gloss: 0.0 }
-}
-
-fn plain(name: &str, base_colour: [f32; 4]) -> Material {
-    Material { name: name.into(), base_colour, texture: None, gloss: 0.0 }
-}
-
-/// A 4 × 4 grid of 18 triangles, 10 cm wide.
-fn grid() -> Mesh {
-    let mut mesh = Mesh::default();
-    for row in 0..4_u32 {
-        for column in 0..4_u32 {
-            let (x, y) = (f64::from(column) / 30.0, f64::from(row) / 30.0);
-            mesh.positions.push(Point3::new(x, y, 0.01 * (x * y * 300.0).sin()));
-            mesh.uvs.push([column as f32 / 3.0, row as f32 / 3.0]);
-            if row < 3 && column < 3 {
-                let at = row * 4 + column;
-                mesh.triangles.extend([[at, at + 1, at + 5], [at, at + 5, at + 4]]);
-            }
-        }
-    }
-    mesh.uv_triangles.clone_from(&mesh.triangles);
-    mesh
-}
-
-/// The grid with a seam along its diagonal triangles, as an unwrapped scan has.
-fn seamed() -> Mesh {
-    let mut mesh = grid();
-    let shifted: Vec<_> = mesh.uvs.iter().map(|[u, v]| [u * 0.5, v * 0.5]).collect();
-    mesh.uvs.extend(shifted);
-    for corners in mesh.uv_triangles.iter_mut().skip(9) {
-        *corners = corners.map(|corner| corner + 16);
-    }
-    mesh.materials = vec![textured("skin", TextureFormat::Png)];
-    mesh
-}
-
-fn normals(mesh: &Mesh) -> Vec<[f32; 3]> {
-    vec![[0.0, 0.0, 3.0]; mesh.positions.len()]
-}
-
-fn morphs(mesh: &Mesh, count: usize) -> Vec<MorphTarget> {
-    let delta = |morph: usize, vertex: usize| [0.001 * morph as f32, 0.0001 * vertex as f32, 0.002];
-    let deltas = |morph| (0..mesh.positions.len()).map(|vertex| delta(morph, vertex)).collect();
-    (0..count)
-        .map(|morph| MorphTarget { name: format!("shape \"{morph}\""), deltas: deltas(morph) })
-        .collect()
-}
-
-fn weights(frames: usize, morphs: usize) -> Vec<Vec<f32>> {
-    let weight = |frame: usize, morph: usize| (frame as f32 * 0.1 + morph as f32).sin();
-    (0..frames).map(|frame| (0..morphs).map(|morph| weight(frame, morph)).collect()).collect()
-}
-
-fn times(frames: usize) -> Vec<Timestamp> {
-    (0..frames as i64).map(|frame| Timestamp(frame * 33_366_666)).collect()
-}
-
-fn head(frames: usize) -> Vec<HeadKey> {
-    let key = |frame: usize| {
-        let half = frame as f32 * 0.05;
-        HeadKey {
-            translation: [0.0, 0.01 * frame as f32, -0.5],
-            rotation: [0.0, half.sin(), 0.0, half.cos()],
-        }
-    };
-    (0..frames).map(key).collect()
-}
+use understudy::export::{GlbAvatar, GlbPart, MorphTarget, NodeKey, write_glb};
+use understudy::scan::{Mesh, TextureFormat};
 
 /// Writes the mesh with motion of that size and returns the parsed document with its buffer.
 fn export(path: &Path, mesh: &Mesh, morph_count: usize, frames: usize) -> (gltf::Document, Vec<u8>) {
     let (morphs, weights, times, head) =
         (morphs(mesh, morph_count), weights(frames, morph_count), times(frames), head(frames));
-    let avatar = GlbAvatar {
-        name: "grid",
-        mesh,
-        normals: &normals(mesh),
-        morphs: &morphs,
-        weights: &weights,
-        times: &times,
-        head: Some(&head),
-    };
+    let normals = normals(mesh);
+    let face = GlbPart { normals: &normals, morphs: &morphs, ..part("face", mesh) };
+    let avatar =
+        GlbAvatar { name: "grid", parts: &[face], weights: &weights, times: &times, head: Some(&head) };
     write_glb(path, &avatar).unwrap();
     let (document, mut buffers, _) = gltf::import(path).unwrap();
     (document, buffers.remove(0).0)
@@ -244,15 +159,8 @@ fn what_cannot_be_written_is_refused_and_the_old_file_stays() {
     fs::write(&path, b"old").unwrap();
     let mesh = grid();
     let (normals, morphs, weights, times) = (normals(&mesh), morphs(&mesh, 2), weights(3, 2), times(3));
-    let good = GlbAvatar {
-        name: "grid",
-        mesh: &mesh,
-        normals: &normals,
-        morphs: &morphs,
-        weights: &weights,
-        times: &times,
-        head: None,
-    };
+    let face = GlbPart { normals: &normals, morphs: &morphs, ..part("face", &mesh) };
+    let good = GlbAvatar { name: "grid", parts: &[face], weights: &weights, times: &times, head: None };
     let refused = |avatar: &GlbAvatar, words: &str| {
         let error = write_glb(&path, avatar).unwrap_err().to_string();
         assert!(error.contains(words) && error.contains("a.glb"), "{error}");
@@ -263,17 +171,19 @@ fn what_cannot_be_written_is_refused_and_the_old_file_stays() {
     nan[1][1] = f32::NAN;
     refused(&GlbAvatar { weights: &nan, ..good }, "frame 1 has a weight that is not finite");
     refused(&GlbAvatar { weights: &weights[..2], ..good }, "2 rows of weights for 3 frames");
-    refused(&GlbAvatar { morphs: &morphs[..1], ..good }, "2 weights for 1 morphs");
+    let few = GlbPart { morphs: &morphs[..1], ..face };
+    refused(&GlbAvatar { parts: &[few], ..good }, "2 weights for 1 morphs");
     refused(&GlbAvatar { times: &[Timestamp(0); 3], ..good }, "frame 1 is not later");
     refused(&GlbAvatar { times: &[-9, 0, 9].map(Timestamp), ..good }, "before time 0");
-    refused(&GlbAvatar { normals: &normals[1..], ..good }, "15 normals for 16 vertices");
-    let still = HeadKey { translation: [0.0; 3], rotation: [0.0; 4] };
+    let few = GlbPart { normals: &normals[1..], ..face };
+    refused(&GlbAvatar { parts: &[few], ..good }, "part \"face\": there are 15 normals for 16 vertices");
+    let still = NodeKey { translation: [0.0; 3], rotation: [0.0; 4] };
     refused(&GlbAvatar { head: Some(&[still; 3]), ..good }, "frame 0 has a head pose");
     refused(&GlbAvatar { head: Some(&[still; 2]), ..good }, "2 head poses for 3 frames");
     let broken = |change: &dyn Fn(&mut Mesh), words: &str| {
         let mut mesh = grid();
         change(&mut mesh);
-        refused(&GlbAvatar { mesh: &mesh, ..good }, words);
+        refused(&GlbAvatar { parts: &[GlbPart { mesh: &mesh, ..face }], ..good }, words);
     };
     broken(&|mesh| mesh.positions[3].x = f64::NAN, "vertex 3 is not finite");
     broken(&|mesh| mesh.positions[3].x = 1e300, "vertex 3 is not finite");
@@ -285,7 +195,7 @@ fn what_cannot_be_written_is_refused_and_the_old_file_stays() {
         mesh.triangles.clear();
         mesh.uv_triangles.clear();
     };
-    broken(&empty, "no triangles");
+    broken(&empty, "part \"face\" has no triangles");
 }
 
 #[test]
@@ -330,19 +240,12 @@ fn khronos_validator_finds_nothing() {
     let zero = folder.path().join("zero_normals.glb");
     let (mesh, zeros) = (grid(), vec![[0.0; 3]; 16]);
     let still = MorphTarget { name: "still".into(), deltas: vec![[0.0; 3]; 16] };
-    let avatar = GlbAvatar {
-        name: "",
-        mesh: &mesh,
-        normals: &zeros,
-        morphs: &[still],
-        weights: &[vec![1.0]],
-        times: &times(1),
-        head: None,
-    };
+    let face = GlbPart { normals: &zeros, morphs: &[still], ..part("face", &mesh) };
+    let avatar = GlbAvatar { name: "", parts: &[face], weights: &[vec![1.0]], times: &times(1), head: None };
     write_glb(&zero, &avatar).unwrap();
     files.push(zero);
     let flat = folder.path().join("no_normals.glb");
-    write_glb(&flat, &GlbAvatar { normals: &[], ..avatar }).unwrap();
+    write_glb(&flat, &GlbAvatar { parts: &[GlbPart { normals: &[], ..face }], ..avatar }).unwrap();
     files.push(flat);
 
     validate(&validator, &files);

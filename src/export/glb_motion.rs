@@ -1,4 +1,4 @@
-//! The one animation of a GLB: morph weights and the head's motion over shared times.
+//! The one animation of a GLB: morph weights, the head's motion and that of rigid parts, over shared times.
 
 use gltf_json as json;
 use gltf_json::accessor::Type;
@@ -6,57 +6,85 @@ use gltf_json::animation::{Channel, Interpolation, Property, Sampler, Target};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Index, Node};
 
-use super::glb::GlbAvatar;
+use super::glb::{GlbAvatar, NodeKey};
 use super::glb_buffer::GlbBuffer;
 
-/// None when nothing moves: no frames, or neither morphs nor head.
+/// None when nothing moves: no frames, or neither morphs nor head nor parts. `parts` are the nodes of the avatar's.
 pub(super) fn push_motion(
     avatar: &GlbAvatar,
     seconds: &[f32],
     head: Index<Node>,
-    face: Index<Node>,
+    parts: &[Index<Node>],
     buffer: &mut GlbBuffer,
 ) -> Option<json::Animation> {
-    if seconds.is_empty() || (avatar.morphs.is_empty() && avatar.head.is_none()) {
+    let morphing = || avatar.parts.iter().zip(parts).filter(|(part, _)| !part.morphs.is_empty());
+    let moving = || avatar.parts.iter().zip(parts).filter_map(|(part, node)| Some((part, part.keys?, node)));
+    let still = morphing().next().is_none() && avatar.head.is_none() && moving().next().is_none();
+    if seconds.is_empty() || still {
         return None;
     }
     let times = buffer.push_keys(seconds, Type::Scalar, true);
-    let (mut channels, mut samplers) = (Vec::new(), Vec::new());
-    let mut push = |node, path, output| {
-        let sampler = Index::push(
-            &mut samplers,
-            Sampler {
-                extensions: None,
-                extras: None,
-                input: times,
-                interpolation: Valid(Interpolation::Linear),
-                output,
-            },
-        );
-        let target = Target { extensions: None, extras: None, node, path: Valid(path) };
-        channels.push(Channel { sampler, target, extensions: None, extras: None });
-    };
-    if !avatar.morphs.is_empty() {
+    let mut motion = Motion { times, buffer, samplers: Vec::new(), channels: Vec::new() };
+    if morphing().next().is_some() {
         let weights: Vec<f32> = avatar.weights.iter().flatten().copied().collect();
-        push(face, Property::MorphTargetWeights, buffer.push_keys(&weights, Type::Scalar, false));
+        let sampler = motion.sampler(&weights, Type::Scalar);
+        for (_, &node) in morphing() {
+            motion.channel(node, Property::MorphTargetWeights, sampler);
+        }
     }
     if let Some(keys) = avatar.head {
-        let places: Vec<f32> = keys.iter().flat_map(|key| key.translation).collect();
-        let turns = continuous_rotations(keys.iter().map(|key| key.rotation));
-        push(head, Property::Translation, buffer.push_keys(&places, Type::Vec3, false));
-        push(head, Property::Rotation, buffer.push_keys(turns.as_flattened(), Type::Vec4, false));
+        motion.pose(head, keys);
+    }
+    for (part, keys, &node) in moving() {
+        motion.pose(node, &keys.iter().map(|key| part.placed(key)).collect::<Vec<_>>());
     }
     Some(json::Animation {
         extensions: None,
         extras: None,
-        channels,
+        channels: motion.channels,
         name: Some("performance".into()),
-        samplers,
+        samplers: motion.samplers,
     })
 }
 
+/// The animation as it grows.
+struct Motion<'a> {
+    times: Index<json::Accessor>,
+    buffer: &'a mut GlbBuffer,
+    samplers: Vec<Sampler>,
+    channels: Vec<Channel>,
+}
+
+impl Motion<'_> {
+    fn sampler(&mut self, values: &[f32], kind: Type) -> Index<Sampler> {
+        let sampler = Sampler {
+            extensions: None,
+            extras: None,
+            input: self.times,
+            interpolation: Valid(Interpolation::Linear),
+            output: self.buffer.push_keys(values, kind, false),
+        };
+        Index::push(&mut self.samplers, sampler)
+    }
+
+    fn channel(&mut self, node: Index<Node>, path: Property, sampler: Index<Sampler>) {
+        let target = Target { extensions: None, extras: None, node, path: Valid(path) };
+        self.channels.push(Channel { sampler, target, extensions: None, extras: None });
+    }
+
+    /// Where `node` is below its parent in every frame.
+    fn pose(&mut self, node: Index<Node>, keys: &[NodeKey]) {
+        let places: Vec<f32> = keys.iter().flat_map(|key| key.translation).collect();
+        let places = self.sampler(&places, Type::Vec3);
+        self.channel(node, Property::Translation, places);
+        let turns = continuous_rotations(keys.iter().map(|key| key.rotation));
+        let turns = self.sampler(turns.as_flattened(), Type::Vec4);
+        self.channel(node, Property::Rotation, turns);
+    }
+}
+
 /// Unit quaternions, each on its predecessor's side: players that interpolate without choosing the shorter way would
-/// otherwise spin the head.
+/// otherwise spin the node.
 fn continuous_rotations(rotations: impl Iterator<Item = [f32; 4]>) -> Vec<[f32; 4]> {
     let mut last = [0.0; 4];
     rotations

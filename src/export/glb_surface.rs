@@ -1,4 +1,4 @@
-//! A scan as glTF wants it: one index per corner, so vertices on texture seams are split.
+//! A mesh as glTF wants it: one index per corner, so vertices on texture seams are split.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,12 +10,13 @@ use gltf_json::material::{
 };
 use gltf_json::validation::Checked::Valid;
 
-use super::glb::GlbAvatar;
+use super::glb::GlbPart;
 use super::glb_buffer::GlbBuffer;
 use super::glb_image::power_of_two;
 use crate::scan::{Mesh, Texture, TextureFormat};
 
-const ROUGHNESS: f32 = 0.8;
+/// Of skin, and of the wettest surface: a little above 0, because viewers' highlights vanish there.
+const ROUGHNESS: [f32; 2] = [0.8, 0.08];
 /// Linear; what a scan without any colour is shown in.
 const DEFAULT_GREY: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 
@@ -80,21 +81,21 @@ impl Surface {
 
 /// Adds the vertices once and a primitive for each material; returns the primitives.
 pub(super) fn push_surface(
-    avatar: &GlbAvatar,
+    part: &GlbPart,
     surface: &Surface,
+    looks: &mut Looks,
     root: &mut json::Root,
     buffer: &mut GlbBuffer,
 ) -> Vec<json::mesh::Primitive> {
     use json::mesh::Semantic;
-    let mesh = avatar.mesh;
-    let positions: Vec<[f32; 3]> =
-        mesh.positions.iter().map(|point| point.coords.map(|value| value as f32).into()).collect();
+    let mesh = part.mesh;
+    let positions: Vec<[f32; 3]> = part.positions().collect();
     let positions = buffer.push_vertices(&surface.spread(&positions), true);
-    let normals = (!avatar.normals.is_empty()).then(|| {
-        let unit: Vec<_> = avatar.normals.iter().copied().map(unit_normal).collect();
+    let normals = (!part.normals.is_empty()).then(|| {
+        let unit: Vec<_> = part.normals.iter().copied().map(unit_normal).collect();
         buffer.push_vertices(&surface.spread(&unit), false)
     });
-    let targets: Vec<_> = avatar
+    let targets: Vec<_> = part
         .morphs
         .iter()
         .map(|morph| json::mesh::MorphTarget {
@@ -103,7 +104,6 @@ pub(super) fn push_surface(
             tangents: None,
         })
         .collect();
-    let mut looks = Looks::default();
     // Attributes that no material of the scan uses are not stored.
     let (mut uvs, mut colours) = (None, None);
     let mut primitives = Vec::with_capacity(surface.groups.len());
@@ -127,13 +127,14 @@ pub(super) fn push_surface(
         let texture = texture.map(|texture| looks.texture(texture, root, buffer));
         let bare = if mesh.colours.is_empty() { DEFAULT_GREY } else { [1.0; 4] };
         let colour = found.map_or(bare, |found| found.base_colour);
-        let name = found.map(|found| found.name.clone());
+        let name = found.map_or(part.name, |found| &found.name);
+        let roughness = roughness(found.map_or(0.0, |found| found.gloss));
         primitives.push(json::mesh::Primitive {
             attributes,
             extensions: None,
             extras: None,
             indices: Some(indices),
-            material: Some(Index::push(&mut root.materials, look(name, colour, texture))),
+            material: Some(Index::push(&mut root.materials, look(name, colour, roughness, texture))),
             mode: Valid(json::mesh::Mode::Triangles),
             targets: (!targets.is_empty()).then(|| targets.clone()),
         });
@@ -141,9 +142,9 @@ pub(super) fn push_surface(
     primitives
 }
 
-/// Textures already embedded, so that materials that share one do not double it.
+/// Textures already embedded, so that materials and parts that share one do not double it.
 #[derive(Default)]
-struct Looks {
+pub(super) struct Looks {
     textures: Vec<(Arc<Texture>, Index<json::Texture>)>,
 }
 
@@ -181,7 +182,7 @@ impl Looks {
     }
 }
 
-fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Texture>>) -> Material {
+fn look(name: &str, colour: [f32; 4], roughness: f32, texture: Option<Index<json::Texture>>) -> Material {
     let colour = colour.map(|value| value.clamp(0.0, 1.0));
     let alpha_mode = if colour[3] < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque };
     Material {
@@ -189,7 +190,7 @@ fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Text
         alpha_mode: Valid(alpha_mode),
         // Scans are open shells, and some are turned inside out.
         double_sided: true,
-        name: Some(name.unwrap_or_else(|| "skin".into())),
+        name: Some(name.into()),
         pbr_metallic_roughness: PbrMetallicRoughness {
             base_color_factor: PbrBaseColorFactor(colour),
             base_color_texture: texture.map(|index| json::texture::Info {
@@ -199,7 +200,7 @@ fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Text
                 extras: None,
             }),
             metallic_factor: StrengthFactor(0.0),
-            roughness_factor: StrengthFactor(ROUGHNESS),
+            roughness_factor: StrengthFactor(roughness),
             metallic_roughness_texture: None,
             extensions: None,
             extras: None,
@@ -211,6 +212,12 @@ fn look(name: Option<String>, colour: [f32; 4], texture: Option<Index<json::Text
         extensions: None,
         extras: None,
     }
+}
+
+fn roughness(gloss: f32) -> f32 {
+    let [skin, wet] = ROUGHNESS;
+    let gloss = gloss.clamp(0.0, 1.0);
+    skin * (1.0 - gloss) + wet * gloss
 }
 
 /// glTF wants unit length; a vertex whose triangles have no area points along +Z, out of the face.

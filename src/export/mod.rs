@@ -3,7 +3,7 @@
 //! | file | writer | opens in | holds | frame, unit |
 //! |---|---|---|---|---|
 //! | `.mp4` | [`Mp4Writer`] | every player | the pictures, with the clip's sound | sRGB pixels; constant rate |
-//! | `.glb` | [`write_glb`] | Blender, three.js, engines | the scan, few morph targets ([`compress`]), head motion | the scan's axes, metres, seconds |
+//! | `.glb` | [`write_glb`] | Blender, three.js, engines | the scan and what was added to it, few morph targets ([`compress`]), motion of head and rigid parts | the scan's axes, metres, seconds |
 //! | `.pc2` | [`Pc2Writer`] | Blender's Mesh Cache | every vertex of every frame | as the caller gives them |
 //! | `.csv` | [`MotionCsvWriter`] | pandas, spreadsheets, OpenFace scripts | landmarks and head pose | pixels; millimetres and radians in OpenCV's camera frame |
 //!
@@ -17,6 +17,7 @@ mod error;
 
 mod glb;
 mod glb_buffer;
+mod glb_check;
 mod glb_image;
 mod glb_motion;
 mod glb_surface;
@@ -30,7 +31,7 @@ pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;
 pub use error::ExportError;
 
-pub use glb::{GlbAvatar, HeadKey, MorphTarget, write_glb};
+pub use glb::{GlbAvatar, GlbPart, MorphTarget, NodeKey, write_glb};
 pub use morph_basis::{MorphBasis, MorphBasisError, compress};
 pub use mp4::{Mp4Settings, Mp4Writer, Sound};
 pub use pc2::{Pc2Reader, Pc2Writer};

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, MatrixXx3, Vector3};
 use super::{HeadMode, Motion, PipelineError, Target};
 use crate::{
     capture::Timestamp,
-    export::{GlbAvatar, HeadKey, MorphTarget, compress, write_glb},
+    export::{GlbAvatar, GlbPart, MorphTarget, NodeKey, compress, write_glb},
     rig::Rig,
     scan::{Mesh, NormalSolver},
 };
@@ -55,18 +55,24 @@ pub fn write_take_glb(
     let weights: Vec<Vec<f32>> =
         basis.weights.row_iter().map(|row| row.iter().map(|&weight| weight as f32).collect()).collect();
     let times: Vec<Timestamp> = motion.frames.iter().map(|frame| frame.timestamp).collect();
-    let keys: Vec<HeadKey> = heads.iter().map(|head| head_key(head, target, metres_per_own)).collect();
+    let keys: Vec<NodeKey> = heads.iter().map(|head| head_key(head, target, metres_per_own)).collect();
 
     let mesh = own_mesh_in_metres(target, metres_per_own);
     let positions = mesh.positions_f32();
     let normals = NormalSolver::once(&mesh.triangles, &positions);
+    let face = GlbPart {
+        name: "face",
+        mesh: &mesh,
+        normals: &normals,
+        morphs: &morphs,
+        pivot: [0.0; 3],
+        keys: None,
+    };
     write_glb(
         path,
         &GlbAvatar {
             name: &target.scan.name,
-            mesh: &mesh,
-            normals: &normals,
-            morphs: &morphs,
+            parts: &[face],
             weights: &weights,
             times: &times,
             head: (mode == HeadMode::Follow).then_some(keys.as_slice()),
@@ -84,13 +90,13 @@ fn own_mesh_in_metres(target: &Target, metres_per_own: f64) -> Mesh {
 }
 
 /// The head's motion, carried from the scan frame to the file's own axes: P⁻¹ · M · P.
-fn head_key(head: &Isometry3<f64>, target: &Target, metres_per_own: f64) -> HeadKey {
+fn head_key(head: &Isometry3<f64>, target: &Target, metres_per_own: f64) -> NodeKey {
     let placement = &target.scan.placement;
     let origin = placement.to_scan(nalgebra::Point3::origin());
     let translation = placement.to_own(head * origin).coords * metres_per_own;
     let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&placement.rotation());
     let rotation = turn.inverse() * head.rotation * turn;
-    HeadKey {
+    NodeKey {
         translation: translation.map(|v| v as f32).into(),
         rotation: rotation.coords.map(|v| v as f32).into(),
     }

@@ -35,8 +35,10 @@ struct MaterialUniform {
     base: [f32; 4],
     /// What multiplies sRGB as `base` multiplies light.
     encoded: [f32; 4],
-    /// Whether the vertex colours are used: 1 or 0, in the first.
-    coloured: [f32; 4],
+    /// Whether the vertex colours are used: 1 or 0.
+    coloured: f32,
+    gloss: f32,
+    padding: [f32; 2],
 }
 
 /// The triangles of one material.
@@ -44,6 +46,8 @@ struct MaterialUniform {
 pub(super) struct Part {
     pub indices: std::ops::Range<u32>,
     pub textured: bool,
+    /// Whether it shines wet.
+    pub glossy: bool,
     pub material: wgpu::BindGroup,
 }
 
@@ -53,7 +57,7 @@ pub struct Model {
     /// GPU vertex to mesh vertex.
     source: Vec<u32>,
     mesh_vertices: usize,
-    /// Whether the scan brought any colours of its own.
+    /// Whether the scan brought any colours of its own. Eyes and teeth that were added to it do not say so.
     pub(super) coloured: bool,
     pub(super) parts: Vec<Part>,
     pub(super) fixed: wgpu::Buffer,
@@ -67,7 +71,8 @@ impl Model {
     /// Puts a mesh on the device, except its positions.
     ///
     /// A vertex with several texture coordinates is split into as many GPU vertices. A material's texture is used
-    /// where the mesh has texture coordinates, otherwise the vertex colours, otherwise warm grey. Alpha is ignored.
+    /// where the mesh has texture coordinates, otherwise the vertex colours, otherwise warm grey. A material with gloss
+    /// is lit as wet, and does not make a bare scan a coloured one. Alpha is ignored.
     /// Textures above 16,384 pixels a side are refused; those above the device's own limit are reduced.
     pub fn upload(gpu: &Gpu, mesh: &Mesh) -> Result<Self, ViewError> {
         check(mesh)?;
@@ -98,7 +103,7 @@ impl Model {
         });
         let model = Self {
             mesh_vertices: mesh.positions.len(),
-            coloured: !mesh.colours.is_empty() || parts.iter().any(|part| part.textured),
+            coloured: !mesh.colours.is_empty() || parts.iter().any(|part| part.textured && !part.glossy),
             parts,
             fixed: filled(gpu, "fixed vertices", usage, bytemuck::cast_slice(&fixed)),
             moving,
@@ -276,7 +281,7 @@ fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> 
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        parts.push(Part { indices, textured: texture.is_some(), material });
+        parts.push(Part { indices, textured: texture.is_some(), glossy: uniform.gloss > 0.0, material });
     }
     Ok(parts)
 }
@@ -292,7 +297,8 @@ fn uniform(material: Option<&Material>, textured: bool, coloured: bool) -> Mater
         _ => CLAY,
     };
     let encoded = base.map(|factor| factor.max(0.0).powf(1.0 / 2.2));
-    MaterialUniform { base, encoded, coloured: [f32::from(u8::from(coloured)); 4] }
+    let gloss = material.map_or(0.0, |m| m.gloss.clamp(0.0, 1.0));
+    MaterialUniform { base, encoded, coloured: f32::from(u8::from(coloured)), gloss, padding: [0.0; 2] }
 }
 
 /// A buffer with the given bytes in it, a multiple of four.

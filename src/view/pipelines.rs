@@ -2,7 +2,7 @@
 
 use super::Gpu;
 use super::look::Lighting;
-use super::model::{FixedVertex, MovingVertex};
+use super::model::{FixedVertex, MovingVertex, Part};
 
 /// What the picture is drawn to. The shader encodes sRGB itself: not every adapter can.
 pub(super) const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -15,6 +15,7 @@ pub(super) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
     textured: wgpu::RenderPipeline,
     plain: wgpu::RenderPipeline,
+    glossy: wgpu::RenderPipeline,
     unlit_textured: wgpu::RenderPipeline,
     unlit_plain: wgpu::RenderPipeline,
     pub background: wgpu::RenderPipeline,
@@ -51,6 +52,7 @@ impl Pipelines {
         Self {
             textured: draw("textured"),
             plain: draw("plain"),
+            glossy: draw("glossy"),
             unlit_textured: draw("unlit_textured"),
             unlit_plain: draw("unlit_plain"),
             background: pipeline(
@@ -66,8 +68,9 @@ impl Pipelines {
         }
     }
 
-    pub(super) fn part(&self, lighting: Lighting, textured: bool) -> &wgpu::RenderPipeline {
-        match (lighting, textured) {
+    pub(super) fn part(&self, lighting: Lighting, part: &Part) -> &wgpu::RenderPipeline {
+        match (lighting, part.textured) {
+            (Lighting::Lit, _) if part.glossy => &self.glossy,
             (Lighting::Lit, true) => &self.textured,
             (Lighting::Lit, false) | (Lighting::Clay, _) => &self.plain,
             (Lighting::Unlit, true) => &self.unlit_textured,

@@ -238,7 +238,7 @@ impl Renderer {
         pass.set_vertex_buffer(1, model.moving.slice(..));
         pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
         for part in &model.parts {
-            pass.set_pipeline(self.pipelines.part(self.look.lighting, part.textured));
+            pass.set_pipeline(self.pipelines.part(self.look.lighting, part));
             pass.set_bind_group(1, &part.material, &[]);
             pass.draw_indexed(part.indices.clone(), 0, 0..1);
         }

@@ -1,9 +1,9 @@
 // The model and what stands behind it.
 //
-// A scan's triangles are a few pixels wide and its lights are soft, so light is computed at the vertices; on a CPU
-// this halves the time of a picture. Light adds up linearly. Fragments decode the scan's sRGB by squaring and encode
-// by the square root, between which a factor of one is exact; `exposure` bends the light so that the product is
-// that of the usual exponent 2.2.
+// A scan's triangles are a few pixels wide and its lights are soft, so light is computed at the vertices, but for wet
+// surfaces; on a CPU this halves the time of a picture. Light adds up linearly. Fragments decode the scan's sRGB by
+// squaring and encode by the square root, between which a factor of one is exact; `exposure` bends the light so that
+// the product is that of the usual exponent 2.2.
 
 struct Frame {
     clip_from_model: mat4x4f,
@@ -28,7 +28,10 @@ struct Material {
     base: vec4f,
     // The same factor for colours in sRGB; one leaves a texture's bytes as they are.
     encoded: vec4f,
-    coloured: vec4f,
+    // Whether the vertex colours are used: 1 or 0.
+    coloured: f32,
+    // How wet it shines, 0..=1.
+    gloss: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -56,9 +59,18 @@ fn dither(pixel: vec2f) -> f32 {
 
 // The surface's own colour where it has no texture, linear.
 fn paint(colour: vec3f) -> vec3f {
-    let scan = material.base.rgb * mix(vec3f(1.0), to_linear(colour), material.coloured.x);
+    let scan = material.base.rgb * mix(vec3f(1.0), to_linear(colour), material.coloured);
     return mix(scan, frame.clay.rgb, frame.clay.w);
 }
+
+// How broad the key light's reflection is on skin, and on the wettest surface: on an eye a tenth of its iris.
+const SKIN_EXPONENT: f32 = 22.0;
+const WET_EXPONENT: f32 = 1000.0;
+// How strong it is there; skin's is the frame's. Above one, so that its middle is white.
+const WET_STRENGTH: f32 = 1.6;
+// The fill light is seen only in what is wetter than this, and faintly.
+const MIRROR: f32 = 0.7;
+const FILL_STRENGTH: f32 = 0.25;
 
 struct Light {
     // Multiplies the surface's colour.
@@ -67,14 +79,35 @@ struct Light {
     shine: f32,
 }
 
+fn key_direction() -> vec3f {
+    return normalize(vec3f(-0.55, 0.62, 0.72));
+}
+
+fn fill_direction() -> vec3f {
+    return normalize(vec3f(0.85, -0.10, 0.55));
+}
+
+fn towards_eye(point: vec3f) -> vec3f {
+    return normalize(frame.eye.xyz - point * frame.eye.w);
+}
+
+// Light what is seen: the inside of an open shell has its own normal. A vertex on the outline stays outside.
+fn seen_normal(outwards: vec3f, to_eye: vec3f) -> vec3f {
+    return select(-outwards, outwards, dot(outwards, to_eye) > -0.25);
+}
+
+// A light's reflection; the exponent says how small it is.
+fn reflection(normal: vec3f, to_eye: vec3f, from_light: vec3f, exponent: f32) -> f32 {
+    return pow(max(dot(normal, normalize(from_light + to_eye)), 0.0), exponent);
+}
+
 // The light on a point in camera coordinates: x right, y up, z towards the viewer.
 fn light(point: vec3f, outwards: vec3f) -> Light {
-    let to_eye = normalize(frame.eye.xyz - point * frame.eye.w);
-    // Light what is seen: the inside of an open shell has its own normal. A vertex on the outline stays outside.
-    let normal = select(-outwards, outwards, dot(outwards, to_eye) > -0.25);
+    let to_eye = towards_eye(point);
+    let normal = seen_normal(outwards, to_eye);
 
-    let key_from = normalize(vec3f(-0.55, 0.62, 0.72));
-    let fill_from = normalize(vec3f(0.85, -0.10, 0.55));
+    let key_from = key_direction();
+    let fill_from = fill_direction();
     let rim_from = normalize(vec3f(0.45, 0.60, -0.65));
 
     // The key light wraps a little around the shape, as from a large source.
@@ -83,7 +116,7 @@ fn light(point: vec3f, outwards: vec3f) -> Light {
     let up = 0.5 + 0.5 * normal.y;
     let grazing = 1.0 - clamp(dot(normal, to_eye), 0.0, 1.0);
     let rim = grazing * grazing * grazing * max(dot(normal, rim_from) + 0.35, 0.0);
-    let shine = pow(max(dot(normal, normalize(key_from + to_eye)), 0.0), 22.0);
+    let shine = reflection(normal, to_eye, key_from, SKIN_EXPONENT);
 
     var out: Light;
     out.diffuse = frame.lights.x * mix(vec3f(0.84, 0.82, 0.80), vec3f(1.04, 1.05, 1.08), up)
@@ -150,6 +183,55 @@ fn plain_vertex(in: Vertex) -> Plain {
 @fragment
 fn plain_fragment(in: Plain, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     return vec4f(in.colour * shade(front) + dither(in.position.xy), 1.0);
+}
+
+// Wet surfaces are small, their reflections smaller than their triangles: they alone are lit at every pixel.
+struct Glossy {
+    @builtin(position) position: vec4f,
+    @location(0) uv: vec2f,
+    @location(1) colour: vec3f,
+    // In camera coordinates.
+    @location(2) point: vec3f,
+    @location(3) normal: vec3f,
+}
+
+@vertex
+fn glossy_vertex(in: Vertex) -> Glossy {
+    var out: Glossy;
+    out.position = frame.clip_from_model * vec4f(in.position, 1.0);
+    out.uv = in.uv;
+    out.colour = exposure(paint(in.colour.rgb));
+    out.point = (frame.view_from_model * vec4f(in.position, 1.0)).xyz;
+    out.normal = normalize((frame.normal_from_model * vec4f(in.normal, 0.0)).xyz);
+    return out;
+}
+
+// What is reflected of the lights: of skin's shine at gloss 0, a glint at 1.
+fn glints(point: vec3f, outwards: vec3f) -> f32 {
+    let to_eye = towards_eye(point);
+    let normal = seen_normal(outwards, to_eye);
+    let gloss = material.gloss;
+    let sharpest = SKIN_EXPONENT * pow(WET_EXPONENT / SKIN_EXPONENT, gloss);
+    // A reflection smaller than a pixel would twinkle as the head moves: it is widened to what a pixel covers, and
+    // weakened by as much.
+    let across = dpdx(outwards);
+    let down = dpdy(outwards);
+    let exponent = 1.0 / (1.0 / sharpest + 0.125 * (dot(across, across) + dot(down, down)));
+    let key = mix(frame.specular, WET_STRENGTH, gloss * gloss)
+        * reflection(normal, to_eye, key_direction(), exponent);
+    let fill = FILL_STRENGTH * smoothstep(MIRROR, 1.0, gloss)
+        * reflection(normal, to_eye, fill_direction(), exponent);
+    return (key + fill) * exponent / sharpest;
+}
+
+// With or without a texture: a surface without one samples white.
+@fragment
+fn glossy_fragment(in: Glossy, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    let outwards = normalize(in.normal);
+    let scan = textureSample(scan_texture, scan_sampler, in.uv).rgb;
+    let colour = in.colour * scan * scan * exposure(light(in.point, outwards).diffuse);
+    let seen = sqrt(colour + glints(in.point, outwards)) * shade(front);
+    return vec4f(seen + dither(in.position.xy), 1.0);
 }
 
 struct UnlitTextured {
