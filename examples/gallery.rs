@@ -23,9 +23,6 @@ use understudy::{
     view::{Gpu, Look, Smoothing, contact_sheet, save_png},
 };
 
-/// Pixels of each picture's sides.
-const SIDE: u32 = 360;
-
 #[derive(Parser)]
 struct Arguments {
     /// Clips of performers
@@ -40,6 +37,12 @@ struct Arguments {
     /// What to look at
     #[arg(long, value_enum, default_value_t = View::Face)]
     view: View,
+    /// Pixels of each picture's sides
+    #[arg(long, default_value_t = 360)]
+    side: u32,
+    /// Only these expressions, such as "jaw open"
+    #[arg(long)]
+    only: Vec<String>,
     /// Degrees to the subject's left
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     yaw: f64,
@@ -102,13 +105,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{}: {} frames", path.display(), motion.frames.len());
         takes.push(Take { path: path.clone(), performance, motion });
     }
-    let moments = choose(&takes, &mut networks)?;
+    let mut moments = choose(&takes, &mut networks)?;
+    moments.retain(|moment| arguments.only.is_empty() || arguments.only.iter().any(|name| name == moment.0));
     let mut cells: Vec<(RgbaImage, String)> = Vec::new();
     for &(name, take, frame) in &moments {
         let seconds = takes[take].motion.frames[frame].timestamp.seconds();
         let clip = takes[take].path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         println!("{name}: {clip} at {seconds:.2} s");
-        cells.push((performer(&takes[take], frame, arguments.view)?, format!("{name} - {clip} {seconds:.2} s")));
+        cells.push((performer(&takes[take], frame, arguments.view, arguments.side)?, format!("{name} - {clip} {seconds:.2} s")));
     }
     for scan in &arguments.scans {
         let mut target = Target::load(scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
@@ -125,7 +129,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let rig =
                 Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, TransferRule::Spline)?;
             let smoothing = Smoothing::Samples4;
-            let size = [SIDE, SIDE];
+            let size = [arguments.side; 2];
             let mut stage =
                 Stage::new(&gpu, &target, &face.level, size, Look::default(), HeadMode::Still, smoothing)?;
             let (centre, radius) = frame_of(&target, arguments.view);
@@ -137,7 +141,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     let mut rgba = Vec::new();
                     stage.submit(&frame)?;
                     stage.fetch(&mut rgba)?;
-                    *slot = RgbaImage::from_raw(SIDE, SIDE, rgba);
+                    *slot = RgbaImage::from_raw(size[0], size[1], rgba);
                 }
             }
         }
@@ -174,7 +178,7 @@ fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<(&'static str, 
 }
 
 /// The performer's face, cut from the clip's frame.
-fn performer(take: &Take, frame: usize, view: View) -> Result<RgbaImage, Box<dyn Error>> {
+fn performer(take: &Take, frame: usize, view: View, size: u32) -> Result<RgbaImage, Box<dyn Error>> {
     let mut source = capture::open(&take.path, FrameRate { numerator: 25, denominator: 1 })?;
     let mut picture = Frame::default();
     for _ in 0..=frame {
@@ -198,7 +202,7 @@ fn performer(take: &Take, frame: usize, view: View) -> Result<RgbaImage, Box<dyn
     let top = (centre.y - radius).clamp(0.0, f64::from(height) - 2.0) as u32;
     let side = (2.0 * radius) as u32;
     let cut = imageops::crop_imm(&image, left, top, side.min(width - left), side.min(height - top)).to_image();
-    Ok(imageops::resize(&cut, SIDE, SIDE * cut.height() / cut.width().max(1), imageops::FilterType::CatmullRom))
+    Ok(imageops::resize(&cut, size, size * cut.height() / cut.width().max(1), imageops::FilterType::CatmullRom))
 }
 
 /// What the camera looks at on a target: scan frame, millimetres.

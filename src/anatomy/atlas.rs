@@ -12,8 +12,8 @@ const SIDE: u32 = 512;
 /// sRGB.
 const FLESH: [f64; 3] = [0.46, 0.17, 0.16];
 const GUM: [f64; 3] = [0.66, 0.36, 0.35];
-const TOOTH: [f64; 3] = [0.89, 0.86, 0.78];
-const TOOTH_NECK: [f64; 3] = [0.80, 0.72, 0.58];
+const TOOTH: [f64; 3] = [0.80, 0.76, 0.68];
+const TOOTH_NECK: [f64; 3] = [0.72, 0.64, 0.52];
 const TONGUE: [f64; 3] = [0.68, 0.34, 0.33];
 const TONGUE_GROOVE: [f64; 3] = [0.52, 0.22, 0.22];
 
@@ -43,7 +43,9 @@ pub fn paint() -> RgbImage {
 
 /// Flesh that darkens towards the throat.
 fn cavity(depth: f64) -> [f64; 3] {
-    let light = 0.10 + 0.75 * (1.0 - smooth((depth / 0.55).clamp(0.0, 1.0)));
+    // The rim lies in the lips' own shadow: a slit between them is dark.
+    let slit = 0.45 + 0.55 * smooth((depth / 0.06).clamp(0.0, 1.0));
+    let light = slit * (0.08 + 0.72 * (1.0 - smooth((depth / 0.5).clamp(0.0, 1.0))));
     FLESH.map(|c| c * light)
 }
 

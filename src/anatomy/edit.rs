@@ -238,8 +238,16 @@ impl EditMesh {
         vertex
     }
 
-    /// Gives some triangles copies of their vertices in `places` to themselves, and returns each place with its copy.
+    /// Gives some triangles vertices of their own in `places`, and returns each place with its new one. A vertex that
+    /// only these triangles use is not copied.
     pub fn detach(&mut self, triangles: &[u32], places: &BTreeSet<u32>) -> BTreeMap<u32, u32> {
+        let chosen: BTreeSet<u32> = triangles.iter().copied().collect();
+        let kept: BTreeSet<u32> = (0_u32..)
+            .zip(&self.mesh.triangles)
+            .filter(|(triangle, _)| !chosen.contains(triangle))
+            .flat_map(|(_, corners)| *corners)
+            .filter(|&vertex| places.contains(&self.place(vertex)))
+            .collect();
         let mut copies: BTreeMap<u32, u32> = BTreeMap::new();
         let mut new_place: BTreeMap<u32, u32> = BTreeMap::new();
         for &triangle in triangles {
@@ -252,7 +260,8 @@ impl EditMesh {
                 let copy = if let Some(copy) = copies.get(&vertex) {
                     *copy
                 } else {
-                    let copy = self.push_between(vertex, vertex, 0.0);
+                    let own = !kept.contains(&vertex) && vertex != place;
+                    let copy = if own { vertex } else { self.push_between(vertex, vertex, 0.0) };
                     let at = *new_place.entry(place).or_insert(copy);
                     self.place[copy as usize] = at;
                     copies.insert(vertex, copy);
@@ -262,6 +271,34 @@ impl EditMesh {
             }
         }
         new_place
+    }
+
+    /// Some triangles, sorted into those that hang together at edges.
+    pub fn pieces(&self, triangles: &[u32]) -> Vec<Vec<u32>> {
+        let edges = self.edges(triangles);
+        let mut piece: BTreeMap<u32, usize> = BTreeMap::new();
+        let mut pieces = Vec::new();
+        for &start in triangles {
+            if piece.contains_key(&start) {
+                continue;
+            }
+            let number = pieces.len();
+            let (mut found, mut next) = (Vec::new(), vec![start]);
+            piece.insert(start, number);
+            while let Some(triangle) = next.pop() {
+                found.push(triangle);
+                for edge in triangle_edges(self.corners(triangle)) {
+                    for &other in edges.get(&edge).into_iter().flatten() {
+                        if piece.insert(other, number).is_none() {
+                            next.push(other);
+                        }
+                    }
+                }
+            }
+            found.sort_unstable();
+            pieces.push(found);
+        }
+        pieces
     }
 
     /// The cheapest way along the edges of some triangles; an edge without a price is no way.

@@ -40,15 +40,27 @@ pub(super) const UPPER_BAND: [f64; 2] = [0.25, 0.5];
 pub(super) const LOWER_BAND: [f64; 2] = [0.5, 0.75];
 pub(super) const TONGUE_BAND: [f64; 2] = [0.75, 1.0];
 
-/// A vertex of the cavity hangs on a vertex of the rim and on the bone above or below.
+/// Texture coordinates of the cavity halfway to the throat.
+pub(super) const DEEP: [f32; 2] = [0.5, 0.90];
+
+/// A vertex of the cavity hangs on the lips and on the bone above or below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hanging {
-    /// Place on the lips' rim.
-    pub rim: u32,
-    /// How much it moves as the rim does, 0..=1.
-    pub with_rim: f64,
+    /// Which of the ring's points it moves with.
+    pub ring: usize,
+    /// How much it moves as that does, 0..=1.
+    pub with_ring: f64,
     /// How much as the jaw.
     pub with_jaw: f64,
+}
+
+/// A point of the ring around the opening from which the cavity hangs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RingPoint {
+    /// Where it rests.
+    pub place: Point3<f64>,
+    /// 0 on the upper lip, 1 on the lower one.
+    pub side: f32,
 }
 
 /// The mouth from the inside, in the axes of the face.
@@ -56,6 +68,8 @@ pub struct Hanging {
 pub struct Interior {
     /// The bag between lips and throat; its inside faces the viewer.
     pub cavity: PartMesh,
+    /// The ring it hangs from.
+    pub ring: Vec<RingPoint>,
     /// What each of its vertices hangs on.
     pub hanging: Vec<Hanging>,
     /// Fixed to the skull.
@@ -66,23 +80,36 @@ pub struct Interior {
     pub tongue: PartMesh,
 }
 
-/// One end to the other: place and position of the rims' vertices.
-pub type RimPoints = [(u32, Point3<f64>)];
-
 impl Interior {
     /// `upper` and `lower` are the rims of the lips from the subject's right to the left, `mouth` the mouth's width in
     /// millimetres, all in the axes of the face.
-    pub fn new(line: &LipLine, upper: &RimPoints, lower: &RimPoints, mouth: f64) -> Self {
+    pub fn new(line: &LipLine, upper: &[Point3<f64>], lower: &[Point3<f64>], mouth: f64) -> Self {
         let arch = Arch::new(line, upper, mouth);
-        let (cavity, hanging) = cavity(upper, lower, mouth);
+        let ring = ring(upper, lower);
+        let (cavity, hanging) = cavity(&ring, upper.len(), mouth);
         Self {
             cavity,
+            ring,
             hanging,
             upper_teeth: teeth(&arch, &UPPER_TEETH, UPPER_HEIGHTS, 0.0, 1.0, UPPER_BAND),
             lower_teeth: teeth(&arch, &LOWER_TEETH, LOWER_HEIGHTS, OVERJET, 0.93, LOWER_BAND),
             tongue: tongue(&arch),
         }
     }
+}
+
+/// Round the rims: above from the subject's right to the left, back below, and closed.
+fn ring(upper: &[Point3<f64>], lower: &[Point3<f64>]) -> Vec<RingPoint> {
+    let last = upper.len().saturating_sub(1);
+    let above = upper.iter().enumerate().map(|(i, &place)| {
+        // At the corners the lips are one.
+        RingPoint { place, side: if i == 0 || i == last { 0.5 } else { 0.0 } }
+    });
+    let below = lower.iter().rev().skip(1).take(lower.len().saturating_sub(2));
+    let below = below.map(|&place| RingPoint { place, side: 1.0 });
+    let ring: Vec<RingPoint> = above.chain(below).collect();
+    let first = ring.first().copied();
+    ring.into_iter().chain(first).collect()
 }
 
 /// The parabola of the teeth behind the lips' line.
@@ -98,13 +125,13 @@ struct Arch {
 }
 
 impl Arch {
-    fn new(line: &LipLine, rim: &RimPoints, mouth: f64) -> Self {
+    fn new(line: &LipLine, rim: &[Point3<f64>], mouth: f64) -> Self {
         let middle = 0.5 * (line.corners[0] + line.corners[1]);
         let place = line.place(middle);
         // Least squares of z over x² about the middle, on the inner three quarters of the rim.
         let reach = 0.38 * (line.corners[1] - line.corners[0]);
         let (mut n, mut sx, mut sz, mut sxx, mut sxz) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (_, p) in rim {
+        for p in rim {
             let x = line.along(p) - middle;
             if x.abs() < reach {
                 let q = x * x;
@@ -119,7 +146,7 @@ impl Arch {
         let bend = if denominator.abs() > 1e-9 { (n * sxz - sx * sz) / denominator } else { 0.0 };
         // Between flat and a half circle of the arch's width.
         let bend = bend.clamp(-1.6 / mouth, -0.5 / mouth);
-        let z = if n > 0.0 { (sz - bend * sx) / n } else { rim.first().map_or(0.0, |r| r.1.z) };
+        let z = if n > 0.0 { (sz - bend * sx) / n } else { rim.first().map_or(0.0, |p| p.z) };
         let up = line.up();
         Self {
             origin: Point3::new(place.x, place.y, z),
@@ -164,44 +191,36 @@ impl Arch {
     }
 }
 
-fn cavity(upper: &RimPoints, lower: &RimPoints, mouth: f64) -> (PartMesh, Vec<Hanging>) {
-    // Round the rim: above from right to left, back below.
-    let ring: Vec<(u32, Point3<f64>, f64)> = upper
-        .iter()
-        .map(|&(place, p)| (place, p, 1.0))
-        .chain(lower.iter().rev().map(|&(place, p)| (place, p, -1.0)))
-        .collect();
-    let middle = ring.iter().map(|r| r.1.coords).sum::<Vector3<f64>>() / ring.len().max(1) as f64;
-    let half = 0.5 * (upper.len().max(2) as f64);
-    let mut rows = Vec::new();
-    let mut hanging = Vec::new();
+/// `above` points of the ring lie on the upper lip.
+fn cavity(ring: &[RingPoint], above: usize, mouth: f64) -> (PartMesh, Vec<Hanging>) {
+    let middle = ring.iter().map(|r| r.place.coords).sum::<Vector3<f64>>() / ring.len().max(1) as f64;
+    let (mut rows, mut hanging) = (Vec::new(), Vec::new());
     for t in CAVITY_ROWS {
-        let row: Vec<_> = ring
-            .iter()
-            .enumerate()
-            .map(|(i, &(place, p, side))| {
-                let around = i as f64 / (ring.len() - 1).max(1) as f64;
-                // Less height towards the corners: there the rims meet.
-                let across = if i < upper.len() { i } else { ring.len() - 1 - i };
-                let off_corner = ((across as f64 / half).min(2.0 - across as f64 / half)).clamp(0.0, 1.0);
-                let bulge = (PI * (0.9 * t).min(1.0)).sin();
-                let height = side * CAVITY_HEIGHT * mouth * bulge * off_corner.sqrt();
-                let narrow = (1.0 + CAVITY_WIDENING * (PI * t).sin()) * (1.0 - 0.6 * t * t);
-                let x = middle.x + (p.x - middle.x) * narrow;
-                let y = p.y + (middle.y - p.y) * t.powi(3) + height;
-                let z = p.z - DEPTH * mouth * t;
-                let with_rim = (1.0 - t / 0.45).clamp(0.0, 1.0);
-                let with_jaw = if side < 0.0 { (1.0 - with_rim) * (1.0 - 0.5 * t) } else { 0.0 };
-                hanging.push(Hanging { rim: place, with_rim, with_jaw });
-                (Point3::new(x, y, z), texture_place(CAVITY_BAND, around, t))
-            })
-            .collect();
+        let mut row = Vec::new();
+        for (i, &RingPoint { place: p, side }) in ring.iter().enumerate() {
+            let around = i as f64 / (ring.len() - 1).max(1) as f64;
+            // Less height towards the corners: there the rims meet.
+            let (start, count) = if i < above { (0, above) } else { (above, ring.len() - above) };
+            let across = (i - start) as f64 / (count - 1).max(1) as f64;
+            let off_corner = (2.0 * across).min(2.0 - 2.0 * across).clamp(0.0, 1.0).sqrt();
+            let bulge = (PI * (0.9 * t).min(1.0)).sin();
+            let upwards = 1.0 - 2.0 * f64::from(side);
+            let height = upwards * CAVITY_HEIGHT * mouth * bulge * off_corner;
+            let narrow = (1.0 + CAVITY_WIDENING * (PI * t).sin()) * (1.0 - 0.6 * t * t);
+            let x = middle.x + (p.x - middle.x) * narrow;
+            let y = p.y + (middle.y - p.y) * t.powi(3) + height;
+            let z = p.z - DEPTH * mouth * t;
+            let with_ring = (1.0 - t / 0.45).clamp(0.0, 1.0);
+            let with_jaw = f64::from(side) * (1.0 - with_ring) * (1.0 - 0.5 * t);
+            hanging.push(Hanging { ring: i, with_ring, with_jaw });
+            row.push((Point3::new(x, y, z), texture_place(CAVITY_BAND, around, t)));
+        }
         rows.push(row);
     }
     // The throat is closed.
     let end = Point3::new(middle.x, middle.y, middle.z - DEPTH * mouth);
     rows.push(rows[CAVITY_ROWS.len() - 1].iter().map(|&(_, uv)| (end, uv)).collect());
-    hanging.extend_from_within(hanging.len() - ring.len()..);
+    hanging.extend((0..ring.len()).map(|i| Hanging { ring: i, with_ring: 0.0, with_jaw: 0.25 }));
     let mut part = PartMesh::default();
     part.push_grid(&rows);
     (part, hanging)

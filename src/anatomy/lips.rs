@@ -1,6 +1,8 @@
 //! Opening the lips: refine, embed the lip line, find the way along it, cut.
 
-use nalgebra::Point3;
+use std::collections::BTreeSet;
+
+use nalgebra::{Point3, Vector3};
 
 use super::{
     edit::EditMesh,
@@ -17,7 +19,9 @@ const AROUND: f64 = 0.35;
 /// Surface farther behind the lips than this is the back of the head or the throat, mouth widths.
 const BEHIND: f64 = 0.5;
 /// The way over the skin from lip to lip is longer than this, in straight distances, where a mouth is open already.
-const DETOUR: f64 = 2.2;
+const DETOUR: f64 = 1.6;
+/// Lips that share vertices do so this near to the line, mouth widths.
+const TOUCHING: f64 = 0.08;
 /// Of the cut's edges at least this share lies on the line.
 const ON_LINE: f64 = 0.8;
 /// Landmarks in the middle of the outer rims, upper and lower.
@@ -71,6 +75,7 @@ pub fn open(
     if patch.is_empty() {
         return Err(LipFault::OffSurface);
     }
+    separate(edit, &patch, line, mouth);
     if is_open(edit, &patch, landmarks, nearest)? {
         return Ok(Lips::Open);
     }
@@ -81,6 +86,33 @@ pub fn open(
         *edit = copy;
     }
     opened.map(Lips::Cut)
+}
+
+/// Lips that a modeller has closed may share the row of vertices in which they touch, where the surface then branches.
+/// The lower one gets a row of its own.
+fn separate(edit: &mut EditMesh, patch: &[u32], line: &LipLine, mouth: f64) {
+    let on_line = |p: &Point3<f64>| {
+        let along = line.along(p);
+        (line.ends[0]..line.ends[1]).contains(&along) && line.above(p).abs() < TOUCHING * mouth
+    };
+    let edges = edit.edges(patch);
+    let branching = edges.iter().filter(|(_, triangles)| triangles.len() > 2);
+    let row: BTreeSet<u32> = branching
+        .flat_map(|(&(a, b), _)| [a, b])
+        .filter(|&place| on_line(edit.at(place)))
+        .collect();
+    tracing::info!("{} places where touching lips branch, of {} branching edges", row.len(), edges.values().filter(|t| t.len() > 2).count());
+    if row.is_empty() {
+        return;
+    }
+    let middle = |triangle: u32| {
+        let corners = edit.corners(triangle).map(|c| edit.at(c).coords);
+        Point3::from(corners.iter().sum::<Vector3<f64>>() / 3.0)
+    };
+    let touches = |triangle: u32| edit.corners(triangle).iter().any(|c| row.contains(c));
+    let below: Vec<u32> =
+        patch.iter().copied().filter(|&t| touches(t) && line.above(&middle(t)) < 0.0).collect();
+    edit.detach(&below, &row);
 }
 
 /// Whether the way over the skin from lip to lip leads around an opening.
@@ -104,7 +136,9 @@ fn is_open(
     };
     let straight = (edit.at(from) - edit.at(to)).norm();
     let way = edit.cheapest_path(patch, from, to, price);
-    Ok(way.is_none_or(|(_, length)| length > DETOUR * straight))
+    let detour = way.map_or(f64::INFINITY, |(_, length)| length / straight.max(1e-9));
+    tracing::info!("from lip to lip the skin takes {detour:.2} times the straight way");
+    Ok(detour > DETOUR)
 }
 
 fn open_fused(

@@ -28,7 +28,7 @@ mod slit;
 pub use eye_hole::EyeFault;
 pub use frame::FaceFrame;
 pub use front_view::FrontView;
-pub use interior::Hanging;
+pub use interior::{Hanging, RingPoint};
 pub use jaw::{Jaw, JawPose};
 pub use lids::{CLOSURES, LidShapes, shares as lid_shares};
 pub use lips::LipFault;

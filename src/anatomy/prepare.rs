@@ -10,12 +10,12 @@ use super::{
     edit::EditMesh,
     eye_hole::{self, EyeFault},
     eyeball::Eyeball,
-    interior::Interior,
+    interior::{Interior, RingPoint},
     lids,
     lip_line::LipLine,
     lips::{self, LipFault, Lips},
     part::PartMesh,
-    regions::{LOWER_INNER, UPPER_INNER, eye_landmarks},
+    regions::{INNER_CORNERS, LOWER_INNER, UPPER_INNER, eye_landmarks},
     sides::lower_side,
 };
 use crate::{
@@ -26,6 +26,14 @@ use crate::{
 /// Gloss of the added parts.
 const WET_EYE: f32 = 1.0;
 const WET_MOUTH: f32 = 0.35;
+/// Where a scan's own cavity is looked for: around the mouth's middle and behind the lips, mouth widths.
+const BAG_REACH: f64 = 0.75;
+const BAG_START: f64 = 0.08;
+const BAG_DEPTH: f64 = 1.6;
+/// The cavity of an open mouth starts this far behind its lips, mouth widths.
+const BEHIND_OPEN: f64 = 0.05;
+/// Fewer hidden triangles than this are a fold.
+const FEWEST_BAG: usize = 60;
 
 /// What a part is, and so how it moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +104,9 @@ pub struct Mouth {
     pub corners: [Option<Point3<f64>>; 2],
     /// Upwards across the lips, scan frame.
     pub up: Vector3<f64>,
-    /// How the cavity's vertices hang on rims and jaw; `rim` is a vertex.
+    /// The ring from which the cavity hangs, scan frame; empty where there is none.
+    pub ring: Vec<RingPoint>,
+    /// How the cavity's vertices hang on it and on the jaw.
     pub hanging: Vec<Hanging>,
 }
 
@@ -217,6 +227,8 @@ struct Preparation<'a> {
     edit: EditMesh,
     omissions: Vec<Omission>,
     parts: Vec<(PartKind, PartMesh, Material)>,
+    /// Triangles of the scan's own cavity.
+    bag: Vec<u32>,
 }
 
 impl<'a> Preparation<'a> {
@@ -233,7 +245,7 @@ impl<'a> Preparation<'a> {
         }
         let landmarks = landmarks.iter().map(|p| p.map(|p| frame.enter(&p))).collect();
         let (omissions, parts) = (Vec::new(), Vec::new());
-        Self { scan, surface, view, frame, landmarks, edit: EditMesh::new(mesh), omissions, parts }
+        Self { scan, surface, view, frame, landmarks, edit: EditMesh::new(mesh), omissions, parts, bag: Vec::new() }
     }
 
     fn finish(mut self) -> Anatomy {
@@ -247,10 +259,11 @@ impl<'a> Preparation<'a> {
             }
         });
         let (lower_side, mouth) = match &lips {
-            Some((line, lips)) => (
-                lower_side(&self.edit, line, lips, &self.landmarks, self.frame.mouth),
-                Some(self.mouth(line, lips)),
-            ),
+            Some((line, lips)) => {
+                let sides = lower_side(&self.edit, line, lips, &self.landmarks, self.frame.mouth);
+                let mouth = self.mouth(line, lips, &sides);
+                (sides, Some(mouth))
+            }
             None => (vec![0.0; self.edit.mesh().positions.len()], None),
         };
         // The interior needs the rims, and the eyes' parts come after it: the cavity must follow the skin.
@@ -264,6 +277,9 @@ impl<'a> Preparation<'a> {
         }
         for (vertex, place) in moved_back {
             mesh.positions[vertex as usize] = frame.leave(&place);
+        }
+        if let Some(flesh) = self.parts.iter().find(|part| part.0 == PartKind::Tongue) {
+            paint_bag(&mut mesh, &self.bag, &flesh.2);
         }
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
         let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
@@ -309,28 +325,22 @@ impl<'a> Preparation<'a> {
         Some(self.frame.enter(&hit.position).z)
     }
 
-    fn mouth(&mut self, line: &LipLine, lips: &Lips) -> Mouth {
+    fn mouth(&mut self, line: &LipLine, lips: &Lips, lower_side: &[f32]) -> Mouth {
         let up = line.up();
         let up = self.frame.leave_vector(&Vector3::new(up.x, up.y, 0.0));
-        let Lips::Cut(slit) = lips else {
-            let nodes = self.open_nodes(line);
-            return Mouth {
-                is_cut: false,
-                rims: [Vec::new(), Vec::new()],
-                nodes,
-                corners: [None, None],
-                up,
-                hanging: Vec::new(),
-            };
+        let rims = match lips {
+            Lips::Cut(slit) => [slit.upper.clone(), slit.lower.clone()],
+            Lips::Open => self.open_rims(line, lower_side),
         };
-        let points = |edit: &EditMesh, rim: &[u32]| -> Vec<(u32, Point3<f64>)> {
-            rim.iter().map(|&place| (place, *edit.at(place))).collect()
+        let [upper, lower] =
+            [&rims[0], &rims[1]].map(|rim| rim.iter().map(|&place| *self.edit.at(place)).collect::<Vec<_>>());
+        let interior = match lips {
+            Lips::Cut(_) => Interior::new(line, &upper, &lower, self.frame.mouth),
+            Lips::Open => {
+                let [above, below] = [&upper, &lower].map(|rim| self.behind(line, rim));
+                Interior::new(line, &above, &below, self.frame.mouth)
+            }
         };
-        let (upper, lower) = (points(&self.edit, &slit.upper), points(&self.edit, &slit.lower));
-        let nodes = self.cut_nodes(line, &upper);
-        let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
-        let corners = line.corners.map(|along| Some(on_rim(along)));
-        let interior = Interior::new(line, &upper, &lower, self.frame.mouth);
         let picture = Arc::new(encoded("mouth", &super::atlas::paint()));
         let material = |name: &str| Material {
             name: name.to_owned(),
@@ -338,22 +348,117 @@ impl<'a> Preparation<'a> {
             texture: Some(Arc::clone(&picture)),
             gloss: WET_MOUTH,
         };
+        let bag = if matches!(lips, Lips::Open) { self.own_bag(line, &upper) } else { Vec::new() };
+        let (mut ring, mut hanging) = (Vec::new(), Vec::new());
+        if bag.is_empty() {
+            (ring, hanging) = (interior.ring, interior.hanging);
+            for point in &mut ring {
+                point.place = self.frame.leave(&point.place);
+            }
+            self.parts.push((PartKind::Cavity, interior.cavity, material(PartKind::Cavity.name())));
+        }
         for (kind, part) in [
-            (PartKind::Cavity, interior.cavity),
             (PartKind::UpperTeeth, interior.upper_teeth),
             (PartKind::LowerTeeth, interior.lower_teeth),
             (PartKind::Tongue, interior.tongue),
         ] {
             self.parts.push((kind, part, material(kind.name())));
         }
-        Mouth {
-            is_cut: true,
-            rims: [slit.upper.clone(), slit.lower.clone()],
-            nodes,
-            corners,
-            up,
-            hanging: interior.hanging,
-        }
+        self.bag = bag;
+        let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
+        let (nodes, corners) = match lips {
+            Lips::Cut(_) => (self.cut_nodes(line, &upper), line.corners.map(|along| Some(on_rim(along)))),
+            Lips::Open => (open_nodes(&self.frame, &upper, &lower), [None, None]),
+        };
+        Mouth { is_cut: matches!(lips, Lips::Cut(_)), rims, nodes, corners, up, ring, hanging }
+    }
+
+    /// The rims of an open mouth at the network's stations: on each lip the vertex nearest to where the landmark should
+    /// be, since the network takes one lip's rim for the other's where they touch.
+    fn open_rims(&self, line: &LipLine, lower_side: &[f32]) -> [Vec<u32>; 2] {
+        let stations = self.stations(line);
+        let positions = &self.edit.mesh().positions;
+        let nearest = |target: Point3<f64>, allowed: &dyn Fn(usize) -> bool| -> u32 {
+            let far = |v: usize| (positions[v] - target).norm_squared();
+            let best = (0..positions.len())
+                .filter(|&v| allowed(v))
+                .min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            best.map_or(0, |v| self.edit.place(v as u32))
+        };
+        let place = |k: usize| {
+            let on_line = line.place(stations[k]);
+            let z = match k {
+                0 => self.landmarks[INNER_CORNERS[0]].map(|p| p.z),
+                k if k < stations.len() - 1 => {
+                    let (u, l) = (self.landmarks[UPPER_INNER[k - 1]], self.landmarks[LOWER_INNER[k - 1]]);
+                    u.iter().chain(&l).map(|p| p.z).reduce(f64::max)
+                }
+                _ => self.landmarks[INNER_CORNERS[1]].map(|p| p.z),
+            };
+            Point3::new(on_line.x, on_line.y, z.unwrap_or(0.0))
+        };
+        let last = stations.len() - 1;
+        let ends = [0, last].map(|k| nearest(place(k), &|_| true));
+        let rim = |lower: bool| -> Vec<u32> {
+            let of_lip = |v: usize| (lower_side[v] > 0.5) == lower;
+            let own = |k: usize| {
+                let landmark = if lower { LOWER_INNER[k - 1] } else { UPPER_INNER[k - 1] };
+                let mut target = place(k);
+                if let Some(p) = self.landmarks[landmark] {
+                    target.y = p.y;
+                }
+                nearest(target, &of_lip)
+            };
+            std::iter::once(ends[0]).chain((1..last).map(own)).chain([ends[1]]).collect()
+        };
+        [rim(false), rim(true)]
+    }
+
+    /// A smooth curve along the line, as deep as a rim, a little behind the lips.
+    fn behind(&self, line: &LipLine, rim: &[Point3<f64>]) -> Vec<Point3<f64>> {
+        const COLUMNS: usize = 25;
+        (0..COLUMNS)
+            .map(|i| {
+                let t = i as f64 / (COLUMNS - 1) as f64;
+                let along = line.corners[0] + (line.corners[1] - line.corners[0]) * t;
+                let place = line.place(along);
+                Point3::new(place.x, place.y, rim_place(line, rim, along).z - BEHIND_OPEN * self.frame.mouth)
+            })
+            .collect()
+    }
+
+    /// Triangles of the scan's own cavity, if it has one: behind the lips and hidden by them.
+    fn own_bag(&self, line: &LipLine, rim: &[Point3<f64>]) -> Vec<u32> {
+        let mouth = self.frame.mouth;
+        let front = rim.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+        let middle = line.place(0.0);
+        let reach = BAG_REACH * mouth;
+        let patch = self.edit.patch(
+            &Point3::new(middle.x - reach, middle.y - reach, front - BAG_DEPTH * mouth),
+            &Point3::new(middle.x + reach, middle.y + reach, front - BAG_START * mouth),
+        );
+        let hidden = |triangle: &u32| {
+            let corners = self.edit.mesh().triangles[*triangle as usize];
+            let middle = corners.map(|v| self.edit.at(v).coords).iter().sum::<Vector3<f64>>() / 3.0;
+            let is_behind = middle.z < front - BAG_START * mouth;
+            is_behind && self.depth(middle.x, middle.y).is_some_and(|z| z - middle.z > BAG_START * mouth)
+        };
+        let bag: Vec<u32> = patch.into_iter().filter(hidden).collect();
+        // Nostrils are hidden too, but hang together with nothing behind the lips.
+        let near_lips = |piece: &Vec<u32>| {
+            let behind = |t: &u32| {
+                let corners = self.edit.corners(*t).map(|c| self.edit.at(c));
+                let off = |p: &Point3<f64>| line.above(p).abs().max(line.along(p).abs() - line.corners[1]);
+                corners.iter().any(|p| off(p) < BAG_START * mouth && p.z > front - 0.5 * mouth)
+            };
+            piece.iter().any(behind)
+        };
+        tracing::info!("{} of {} triangles behind the lips are hidden", bag.len(), self.edit.mesh().triangles.len());
+        for piece in self.edit.pieces(&bag) { let near = near_lips(&piece); tracing::info!("piece {} near {near}", piece.len()); }
+        let pieces = self.edit.pieces(&bag).into_iter().filter(near_lips);
+        let largest = pieces.max_by_key(Vec::len).unwrap_or_default();
+        // A few hidden triangles are a fold, not a mouth.
+        if largest.len() < FEWEST_BAG { Vec::new() } else { largest }
     }
 
     /// Along-coordinates of the network's stations, ascending.
@@ -371,36 +476,24 @@ impl<'a> Preparation<'a> {
         stations
     }
 
-    /// Two nodes to a stretch between stations.
-    fn cut_nodes(&self, line: &LipLine, rim: &[(u32, Point3<f64>)]) -> Vec<RimNode> {
+    /// Two nodes to a stretch between stations, four to those at the corners.
+    fn cut_nodes(&self, line: &LipLine, rim: &[Point3<f64>]) -> Vec<RimNode> {
         let stations = self.stations(line);
         let mut nodes = Vec::new();
         for station in 0..stations.len() - 1 {
-            for share in [0.0, 0.5] {
+            let is_end = station == 0 || station + 2 == stations.len();
+            let shares: &[f64] = if is_end { &[0.0, 0.25, 0.5, 0.75] } else { &[0.0, 0.5] };
+            for &share in shares {
                 let along = stations[station] + (stations[station + 1] - stations[station]) * share;
                 let rest = self.frame.leave(&rim_place(line, rim, along));
                 let repeated =
-                    nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.2);
+                    nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.15);
                 if (station, share) != (0, 0.0) && !repeated {
                     nodes.push(RimNode { station, share, rest: [rest; 2] });
                 }
             }
         }
         nodes
-    }
-
-    /// The network's pairs where the mouth was open: each on its own lip.
-    fn open_nodes(&self, line: &LipLine) -> Vec<RimNode> {
-        let stations = self.stations(line);
-        let pairs = UPPER_INNER.iter().zip(&LOWER_INNER).enumerate();
-        pairs
-            .filter_map(|(k, (&u, &l))| {
-                let (upper, lower) = (self.landmarks[u]?, self.landmarks[l]?);
-                let _ = stations.get(k + 1)?;
-                let rest = [self.frame.leave(&upper), self.frame.leave(&lower)];
-                Some(RimNode { station: k + 1, share: 0.0, rest })
-            })
-            .collect()
     }
 
     fn open_eye(
@@ -430,14 +523,26 @@ impl<'a> Preparation<'a> {
     }
 }
 
+/// The network's pairs where the mouth was open: each on its own lip.
+fn open_nodes(frame: &FaceFrame, upper: &[Point3<f64>], lower: &[Point3<f64>]) -> Vec<RimNode> {
+    let pairs = upper.iter().zip(lower).enumerate().skip(1).take(UPPER_INNER.len());
+    pairs
+        .map(|(station, (u, l))| RimNode {
+            station,
+            share: 0.0,
+            rest: [frame.leave(u), frame.leave(l)],
+        })
+        .collect()
+}
+
 /// The place on a rim at an along-coordinate.
-fn rim_place(line: &LipLine, rim: &[(u32, Point3<f64>)], along: f64) -> Point3<f64> {
-    let at = |i: usize| line.along(&rim[i].1);
+fn rim_place(line: &LipLine, rim: &[Point3<f64>], along: f64) -> Point3<f64> {
+    let at = |i: usize| line.along(&rim[i]);
     let crossing = (1..rim.len()).find(|&i| at(i) >= along);
     let right = crossing.unwrap_or(rim.len() - 1);
     let (a, b) = (at(right - 1), at(right));
     let t = if b > a { ((along - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
-    rim[right - 1].1 + (rim[right].1 - rim[right - 1].1) * t
+    rim[right - 1] + (rim[right] - rim[right - 1]) * t
 }
 
 fn encoded(name: &str, picture: &RgbImage) -> Texture {
@@ -447,8 +552,24 @@ fn encoded(name: &str, picture: &RgbImage) -> Texture {
     Texture { name: format!("{name}.png"), format: TextureFormat::Png, bytes: bytes.into_inner() }
 }
 
-/// Appends a part to the mesh, which gains what it lacks to hold it.
-fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: PartMesh, material: Material) -> Part {
+/// Gives the scan's own cavity the flesh of the mouth's picture: a scanner has painted it, if at all, like skin.
+fn paint_bag(mesh: &mut Mesh, bag: &[u32], flesh: &Material) {
+    if bag.is_empty() {
+        return;
+    }
+    complete(mesh);
+    let number = mesh.materials.len() as u32;
+    mesh.materials.push(Material { name: "mouth".into(), ..flesh.clone() });
+    let uv = mesh.uvs.len() as u32;
+    mesh.uvs.push(super::interior::DEEP);
+    for &triangle in bag {
+        mesh.triangle_materials[triangle as usize] = number;
+        mesh.uv_triangles[triangle as usize] = [uv; 3];
+    }
+}
+
+/// Gives every triangle a material and texture coordinates.
+fn complete(mesh: &mut Mesh) {
     if mesh.materials.is_empty() {
         mesh.materials.push(Material { name: "skin".into(), base_colour: [1.0; 4], texture: None, gloss: 0.0 });
     }
@@ -459,6 +580,11 @@ fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: PartMesh, mate
         mesh.uvs = vec![[0.0; 2]];
         mesh.uv_triangles = vec![[0; 3]; mesh.triangles.len()];
     }
+}
+
+/// Appends a part to the mesh, which gains what it lacks to hold it.
+fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: PartMesh, material: Material) -> Part {
+    complete(mesh);
     let (vertex, uv, triangle) = (mesh.positions.len(), mesh.uvs.len(), mesh.triangles.len());
     let number = mesh.materials.len() as u32;
     mesh.materials.push(material);

@@ -12,8 +12,10 @@ use crate::{
 const STATIONS: usize = UPPER_INNER.len() + 2;
 /// A performer whose lips are shut shows at most this gap, outer canthal distances; the network never sees none.
 const SHUT: f64 = 0.02;
-/// Closed lips also part by noise: this much more than the neutral's gap still counts as closed.
-const SLACK: f64 = 1.15;
+/// Closed lips also part by noise: this much more than the neutral's gap still counts as closed, as a factor and in outer
+/// canthal distances.
+const SLACK: f64 = 1.25;
+const NOISE: f64 = 0.004;
 /// Over this gap the lips' differences across it come in, millimetres.
 const UNSTUCK: f64 = 1.0;
 
@@ -54,8 +56,8 @@ impl LipDrive {
         let neutral = performer.neutral();
         let up_performer = performer.level().inverse() * Vector3::y();
         let pairs = std::array::from_fn(|k| [neutral[UPPER_INNER[k]], neutral[LOWER_INNER[k]]]);
-        let most = SHUT * performer.outer_canthal_distance();
-        let closed = pairs.map(|[u, l]| ((u - l).dot(&up_performer) * SLACK).clamp(0.0, most));
+        let [most, noise] = [SHUT, NOISE].map(|share| share * performer.outer_canthal_distance());
+        let closed = pairs.map(|[u, l]| ((u - l).dot(&up_performer) * SLACK + noise).clamp(0.0, most));
         let width = (neutral[OUTER_CORNERS[0]] - neutral[OUTER_CORNERS[1]]).norm();
         let nodes = mouth
             .nodes
@@ -107,13 +109,25 @@ impl LipDrive {
         let b = &wishes[(node.station + 1).min(STATIONS - 1)];
         let mix = |p: Vector3<f64>, q: Vector3<f64>| p + (q - p) * node.share;
         let (upper, lower) = (mix(a.upper, b.upper), mix(a.lower, b.lower));
-        let gap = a.gap + (b.gap - a.gap) * node.share;
+        let gap = opening(a.gap, b.gap, node);
         let middle = (upper + lower) / 2.0;
         let apart = upper - lower;
         let aside = apart - self.up_target * apart.dot(&self.up_target);
         let loose = (gap / UNSTUCK).clamp(0.0, 1.0);
         let half = (self.up_target * (gap - node.rest) + aside * loose) / 2.0;
         [middle + half, middle - half]
+    }
+}
+
+/// The gap between two stations: linear, but round towards the corners, where lips part like a lens.
+fn opening(from: f64, to: f64, node: &Node) -> f64 {
+    let t = node.share;
+    if node.station == 0 {
+        to * (t * (2.0 - t)).sqrt()
+    } else if node.station + 2 == STATIONS {
+        from * (1.0 - t * t).sqrt()
+    } else {
+        from + (to - from) * t
     }
 }
 

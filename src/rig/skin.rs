@@ -12,9 +12,8 @@ use super::{
     controls::{Driver, Lip},
 };
 use crate::{
-    anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Hanging, Jaw, ON_JAW, lid_shares},
+    anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Jaw, ON_JAW, lid_shares},
     lift::{Eyes, Side},
-    scan::Mesh,
     spline::{Kernel, Options, Regularisation, Spline, Warp},
 };
 
@@ -49,9 +48,9 @@ pub struct SkinWarp {
 impl SkinWarp {
     /// For an opened target, or a scan as it is.
     pub fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Result<Self, RigError> {
-        let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
-        let spline = two_sided(target, controls, anatomy, positions)?;
-        let bone = anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, jaw)).transpose()?;
+        let points = Points::of(anatomy);
+        let spline = two_sided(target, controls, anatomy, &points)?;
+        let bone = anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
         let jaw = bone.is_some().then_some(controls.rest.len());
         let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
         let lids = [0, 1].map(|eye| {
@@ -59,24 +58,26 @@ impl SkinWarp {
             columns += LIDS;
             Some(columns - LIDS)
         });
-        let skin = positions.len();
+        let skin = anatomy.skin_vertices();
+        let mut moved = vec![0.0_f32; points.places.len()];
         let warp = Warp::from_columns(anatomy.soft_vertices(), columns, |j, column| {
+            moved.fill(0.0);
+            let rigid = jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|first| j - first);
             if j < spline.controls() {
-                column[..skin].copy_from_slice(spline.column(j));
-            } else if let (Some(first), Some(bone)) = (jaw, &bone)
-                && j < first + RIGID
-            {
-                bone.fill(j - first, &positions.iter().collect::<Vec<_>>(), &mut column[..skin]);
+                moved.copy_from_slice(spline.column(j));
+            } else if let (Some(which), Some(bone)) = (rigid, &bone) {
+                bone.fill(which, &points.places, &mut moved);
             } else {
                 let eye = usize::from(lids[1].is_some_and(|first| j >= first));
                 if let (Some(first), Some(eye)) = (lids[eye], &anatomy.eyes[eye]) {
                     let (shape, axis) = ((j - first) / 3, (j - first) % 3);
-                    for (&vertex, moved) in eye.lids.vertices.iter().zip(&eye.lids.shapes[shape]) {
-                        column[vertex as usize] = moved[axis] as f32;
+                    for (&vertex, displacement) in eye.lids.vertices.iter().zip(&eye.lids.shapes[shape]) {
+                        moved[vertex as usize] = displacement[axis] as f32;
                     }
                 }
             }
-            hang(anatomy, &bone, jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|f| j - f), column);
+            column[..skin].copy_from_slice(&moved[..skin]);
+            hang(anatomy, rigid, &moved[skin..], &mut column[skin..]);
         })
         .map_err(|source| RigError::Spline { what: "the target's skin", source })?;
         Ok(Self {
@@ -130,13 +131,32 @@ impl SkinWarp {
     }
 }
 
+/// What the splines move: the skin's vertices, then the ring from which the cavity hangs.
+struct Points {
+    places: Vec<Point3<f64>>,
+    /// 0 above the lips' line, 1 below it.
+    sides: Vec<f32>,
+}
+
+impl Points {
+    fn of(anatomy: &Anatomy) -> Self {
+        let ring = anatomy.mouth.as_ref().map_or(&[][..], |mouth| &mouth.ring);
+        let skin = &anatomy.mesh.positions[..anatomy.skin_vertices()];
+        Self {
+            places: skin.iter().copied().chain(ring.iter().map(|point| point.place)).collect(),
+            sides: anatomy.lower_side.iter().copied().chain(ring.iter().map(|point| point.side)).collect(),
+        }
+    }
+}
+
 /// Each side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
 fn two_sided(
     target: &TargetFace,
     controls: &Controls,
     anatomy: &Anatomy,
-    positions: &[Point3<f64>],
+    points: &Points,
 ) -> Result<Warp, RigError> {
+    let positions = &points.places;
     let options = options(target);
     let fault = |source| RigError::Spline { what: "the target's control points", source };
     if anatomy.mouth.is_none() {
@@ -146,10 +166,10 @@ fn two_sided(
     for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
         let members: Vec<usize> = (0..controls.rest.len()).filter(|&i| controls.lips[i] != other).collect();
         let centres: Vec<_> = members.iter().map(|&i| controls.rest[i]).collect();
-        let weight = |v: usize| if lower { anatomy.lower_side[v] } else { 1.0 - anatomy.lower_side[v] };
+        let weight = |v: usize| if lower { points.sides[v] } else { 1.0 - points.sides[v] };
         let vertices: Vec<usize> = (0..positions.len()).filter(|&v| weight(v) > 0.0).collect();
-        let points: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
-        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &points, options).map_err(fault)?;
+        let places: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
+        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &places, options).map_err(fault)?;
         for (column, &control) in members.iter().enumerate() {
             let pairs = vertices.iter().zip(warp.column(column));
             shares[control].extend(pairs.map(|(&v, share)| (v, share * weight(v))));
@@ -171,15 +191,20 @@ fn options(target: &TargetFace) -> Options {
 /// How much everything moves with the jaw: all on chin and middle lower lip, not at all above the mouth, and between
 /// them as a spline through both goes, on either side of the lips.
 struct JawShares {
-    at_vertices: Vec<f64>,
+    at_points: Vec<f64>,
     at_controls: Vec<f64>,
     pivot: Point3<f64>,
 }
 
 impl JawShares {
-    fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy, jaw: Jaw) -> Result<Self, RigError> {
+    fn new(
+        target: &TargetFace,
+        controls: &Controls,
+        anatomy: &Anatomy,
+        points: &Points,
+        jaw: Jaw,
+    ) -> Result<Self, RigError> {
         let known = KnownShares::new(target, controls, anatomy);
-        let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
         let (upper, lower) = (known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?);
         let share = |p: &Point3<f64>, side: f64| {
             let value = |spline: &Spline<3>| spline.evaluate(p).x;
@@ -192,8 +217,8 @@ impl JawShares {
             };
             mixed.clamp(0.0, 1.0)
         };
-        let at_vertices =
-            positions.iter().zip(&anatomy.lower_side).map(|(p, side)| share(p, f64::from(*side))).collect();
+        let at_points =
+            points.places.iter().zip(&points.sides).map(|(p, side)| share(p, f64::from(*side))).collect();
         let side = |lip: Lip| match lip {
             Lip::Upper => 0.0,
             Lip::Lower => 1.0,
@@ -201,12 +226,12 @@ impl JawShares {
         };
         let at_controls =
             controls.rest.iter().zip(&controls.lips).map(|(p, lip)| share(p, side(*lip))).collect();
-        Ok(Self { at_vertices, at_controls, pivot: jaw.pivot })
+        Ok(Self { at_points, at_controls, pivot: jaw.pivot })
     }
 
-    /// One of the four columns at the skin's vertices.
-    fn fill(&self, which: usize, positions: &[&Point3<f64>], column: &mut [f32]) {
-        for ((to, p), share) in column.iter_mut().zip(positions).zip(&self.at_vertices) {
+    /// One of the four columns at all points.
+    fn fill(&self, which: usize, positions: &[Point3<f64>], column: &mut [f32]) {
+        for ((to, p), share) in column.iter_mut().zip(positions).zip(&self.at_points) {
             *to = (share * rigid_column(which, p, &self.pivot)) as f32;
         }
     }
@@ -267,17 +292,12 @@ impl KnownShares {
     }
 }
 
-/// Hangs the cavity on rims and jaw, in one column whose skin has been filled. `rigid` says which of the jaw's columns
-/// it is, if any.
-fn hang(anatomy: &Anatomy, bone: &Option<JawShares>, rigid: Option<usize>, column: &mut [f32]) {
-    let Some(mouth) = &anatomy.mouth else { return };
-    let first = anatomy.skin_vertices();
-    let Mesh { positions, .. } = &anatomy.mesh;
-    for (k, &Hanging { rim, with_rim, with_jaw }) in mouth.hanging.iter().enumerate() {
-        let mut share = f64::from(column[rim as usize]) * with_rim;
-        if let (Some(which), Some(bone)) = (rigid, bone) {
-            share += with_jaw * rigid_column(which, &positions[first + k], &bone.pivot);
-        }
-        column[first + k] = share as f32;
+/// Hangs the cavity on its ring and on the jaw, in one column. `rigid` says which of the jaw's columns it is, if any.
+fn hang(anatomy: &Anatomy, rigid: Option<usize>, ring: &[f32], column: &mut [f32]) {
+    let Some((mouth, jaw)) = anatomy.mouth.as_ref().zip(anatomy.jaw) else { return };
+    let places = &anatomy.mesh.positions[anatomy.skin_vertices()..];
+    for ((to, hanging), place) in column.iter_mut().zip(&mouth.hanging).zip(places) {
+        let bone = rigid.map_or(0.0, |which| rigid_column(which, place, &jaw.pivot));
+        *to = (f64::from(ring[hanging.ring]) * hanging.with_ring + bone * hanging.with_jaw) as f32;
     }
 }
