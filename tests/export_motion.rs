@@ -100,6 +100,8 @@ fn row(frame: u64, landmarks: &[[f64; 3]]) -> MotionRow<'_> {
         rotation: [0.123_456_7, -1.0, 2.999_999_9],
         landmarks,
         state: "tracking",
+        gaze: [-0.123_456_7, 0.25],
+        closure: [-0.4, 0.876_54],
     }
 }
 
@@ -121,6 +123,7 @@ fn a_motion_table_comes_back_to_the_printed_decimals() {
         assert!((record.confidence - 0.987_65).abs() <= 0.000_05);
         assert_eq!(record.translation, [-12.346, 3.0, 600.123]);
         assert_eq!(record.rotation, [0.123_457, -1.0, 3.0]);
+        assert_eq!((record.gaze, record.closure), ([-0.123_457, 0.25], [-0.4, 0.8765]));
         for (got, wanted) in record.landmarks.as_flattened().iter().zip(landmarks(frame).as_flattened()) {
             assert_eq!(*got, printed(*wanted, 3));
         }
@@ -129,7 +132,8 @@ fn a_motion_table_comes_back_to_the_printed_decimals() {
     let header =
         "frame,face_id,timestamp,confidence,success,pose_Tx,pose_Ty,pose_Tz,pose_Rx,pose_Ry,pose_Rz,x_0,x_1,";
     assert!(text.starts_with(header));
-    assert!(text.lines().next().unwrap().ends_with(",z_477,state"));
+    let last = ",z_477,state,gaze_angle_x,gaze_angle_y,closure_right,closure_left";
+    assert!(text.lines().next().unwrap().ends_with(last));
     assert!(text.lines().nth(2).unwrap().starts_with("2,0,0.033366666,0.98"));
 }
 
@@ -145,6 +149,8 @@ fn what_is_absent_is_an_empty_cell() {
         translation: gone,
         rotation: gone,
         state: "lost",
+        gaze: [f64::NAN; 2],
+        closure: [f64::NAN; 2],
         ..row(1, &[])
     };
     writer.write_row(&lost).unwrap();
@@ -152,12 +158,15 @@ fn what_is_absent_is_an_empty_cell() {
     writer.write_row(&row(2, &half)).unwrap();
     writer.commit().unwrap();
     let text = fs::read_to_string(&path).unwrap();
-    assert_eq!(text.lines().nth(1).unwrap(), "1,0,0.000000000,0.0000,0,,,,,,,,,,,,,lost");
-    assert!(text.lines().nth(2).unwrap().ends_with(",1.500,,2.500,,,,tracking"));
+    assert_eq!(text.lines().nth(1).unwrap(), "1,0,0.000000000,0.0000,0,,,,,,,,,,,,,lost,,,,");
+    assert!(
+        text.lines().nth(2).unwrap().ends_with(",1.500,,2.500,,,,tracking,-0.123457,0.250000,-0.4000,0.8765")
+    );
     let records = read_motion_csv(&path).unwrap();
     assert!(
         records[0].translation.iter().chain(records[0].landmarks.as_flattened()).all(|value| value.is_nan())
     );
+    assert!(records[0].gaze.iter().chain(&records[0].closure).all(|value| value.is_nan()));
     assert_eq!(records[1].landmarks[0][..2], [1.5, 2.5]);
 }
 
@@ -173,6 +182,7 @@ fn a_motion_table_refuses_what_breaks_it() {
     };
     refused(row(1, &points[..68]), "68 landmarks, not 478");
     refused(MotionRow { confidence: f64::INFINITY, ..row(3, &points) }, "frame 3 holds an infinite");
+    refused(MotionRow { closure: [1.0, f64::INFINITY], ..row(4, &points) }, "frame 4 holds an infinite");
     refused(MotionRow { state: "a,b", ..row(1, &points) }, "a,b");
     drop(writer);
     assert!(!path.exists());

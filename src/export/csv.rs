@@ -1,10 +1,11 @@
 //! The motion table: one CSV row a frame, in the columns of OpenFace's output.
 //!
-//! `frame, face_id, timestamp, confidence, success, pose_Tx … pose_Rz, x_0 …, y_0 …, z_0 …, state`, separated by bare
-//! commas as OpenFace 2 writes them, so that scripts for OpenFace's files find these columns by name. Differences:
-//! the landmarks are ours in number and order; `z_i` is the landmark's depth hint in pixels; `state` is added at the
-//! end; the timestamp has nine decimals, which hold the integer nanoseconds exactly; and a cell without a value is
-//! empty where OpenFace writes 0, because 0 is also a place.
+//! `frame, face_id, timestamp, confidence, success, pose_Tx … pose_Rz, x_0 …, y_0 …, z_0 …, state, gaze_angle_x,
+//! gaze_angle_y, closure_right, closure_left`, separated by bare commas as OpenFace 2 writes them, so that scripts for
+//! OpenFace's files find these columns by name. Differences: the landmarks are ours in number and order; `z_i` is the
+//! landmark's depth hint in pixels; `state` and the closures are added, and the gaze stands at the end; the timestamp
+//! has nine decimals, which hold the integer nanoseconds exactly; and a cell without a value is empty where OpenFace
+//! writes 0, because 0 is also a place.
 
 use std::path::Path;
 
@@ -14,12 +15,15 @@ use crate::capture::Timestamp;
 
 /// Decimals of landmarks in pixels and of translations in millimetres.
 const LENGTH_DECIMALS: usize = 3;
-/// Decimals of rotations in radians.
+/// Decimals of angles in radians.
 const ANGLE_DECIMALS: usize = 6;
 /// Decimals of the confidence.
 const CONFIDENCE_DECIMALS: usize = 4;
+/// Decimals of the lids' closures.
+const CLOSURE_DECIMALS: usize = 4;
 
 pub(super) const POSE_COLUMNS: [&str; 6] = ["pose_Tx", "pose_Ty", "pose_Tz", "pose_Rx", "pose_Ry", "pose_Rz"];
+pub(super) const EYE_COLUMNS: [&str; 4] = ["gaze_angle_x", "gaze_angle_y", "closure_right", "closure_left"];
 
 /// One frame's motion, as it is written. NaN stands for an absent value wherever there is a number.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +44,11 @@ pub struct MotionRow<'a> {
     pub landmarks: &'a [[f64; 3]],
     /// `tracking`, `held`, `easing`, `blending`, `lost`, …: printable ASCII without commas or quotes.
     pub state: &'a str,
+    /// Where the eyes look, radians in the camera's frame as OpenFace has them: to the picture's right (the subject's
+    /// left), then down.
+    pub gaze: [f64; 2],
+    /// How far the right and the left eye have closed: 0 as in the neutral, 1 shut, below 0 opened wider.
+    pub closure: [f64; 2],
 }
 
 /// Writes a motion table row by row.
@@ -65,7 +74,12 @@ impl MotionCsvWriter {
                 push_integer(&mut line, index as u64);
             }
         }
-        line.extend_from_slice(b",state\n");
+        line.extend_from_slice(b",state");
+        for name in EYE_COLUMNS {
+            line.push(b',');
+            line.extend_from_slice(name.as_bytes());
+        }
+        line.push(b'\n');
         draft.append(&line)?;
         Ok(Self { draft, landmarks, line })
     }
@@ -82,8 +96,9 @@ impl MotionCsvWriter {
                 "Give every row the table's landmarks, or none",
             );
         }
-        let mut head = row.translation.iter().chain(&row.rotation).chain([&row.confidence]);
-        if head.any(|value| value.is_infinite())
+        let poses = row.translation.iter().chain(&row.rotation);
+        let mut single = poses.chain([&row.confidence]).chain(&row.gaze).chain(&row.closure);
+        if single.any(|value| value.is_infinite())
             || row.landmarks.as_flattened().iter().any(|value| value.is_infinite())
         {
             return refuse(
@@ -120,6 +135,12 @@ impl MotionCsvWriter {
         }
         line.push(b',');
         line.extend_from_slice(row.state.as_bytes());
+        for value in row.gaze {
+            push_cell(line, value, ANGLE_DECIMALS);
+        }
+        for value in row.closure {
+            push_cell(line, value, CLOSURE_DECIMALS);
+        }
         line.push(b'\n');
         self.draft.append(&self.line)
     }

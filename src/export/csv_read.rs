@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::ExportError;
-use super::csv::POSE_COLUMNS;
+use super::csv::{EYE_COLUMNS, POSE_COLUMNS};
 use crate::capture::Timestamp;
 
 /// One row as it was read; NaN stands for an empty cell wherever there is a number. Units as in
@@ -28,12 +28,16 @@ pub struct MotionRecord {
     pub landmarks: Vec<[f64; 3]>,
     /// Empty in tables without this column.
     pub state: String,
+    /// Radians, camera frame; NaN in tables without these columns.
+    pub gaze: [f64; 2],
+    /// Right and left; NaN in tables without these columns.
+    pub closure: [f64; 2],
 }
 
 /// Reads the whole table at `path`.
 ///
 /// Wanted columns: `frame, timestamp, confidence, success`, the six of the pose, and `x_i, y_i` counted from 0 without
-/// gaps. `z_i` and `state` may be missing, others are passed over. Blanks around a cell, a byte-order mark, CRLF and
+/// gaps. `z_i`, `state`, `gaze_angle_x, gaze_angle_y` and the closures may be missing, others are passed over. Blanks around a cell, a byte-order mark, CRLF and
 /// empty lines are accepted. Errors give the line and the column.
 pub fn read_motion_csv(path: &Path) -> Result<Vec<MotionRecord>, ExportError> {
     let text = fs::read_to_string(path).map_err(|source| ExportError::read(path, source))?;
@@ -55,6 +59,7 @@ struct Columns {
     pose: [usize; 6],
     landmarks: Vec<[Option<usize>; 3]>,
     state: Option<usize>,
+    eyes: [Option<usize>; 4],
 }
 
 impl Columns {
@@ -87,6 +92,7 @@ impl Columns {
             pose,
             landmarks,
             state: places.get("state").copied(),
+            eyes: EYE_COLUMNS.map(|name| places.get(name).copied()),
         })
     }
 }
@@ -145,7 +151,14 @@ fn parse(text: &str) -> Result<Vec<MotionRecord>, String> {
                 }
             }
         }
+        let mut eyes = [f64::NAN; 4];
+        for (slot, place) in eyes.iter_mut().zip(columns.eyes) {
+            if let Some(place) = place {
+                *slot = value(place)?;
+            }
+        }
         let [tx, ty, tz, rx, ry, rz] = pose;
+        let [gaze_x, gaze_y, closure_right, closure_left] = eyes;
         records.push(MotionRecord {
             frame,
             timestamp,
@@ -155,6 +168,8 @@ fn parse(text: &str) -> Result<Vec<MotionRecord>, String> {
             rotation: [rx, ry, rz],
             landmarks,
             state: columns.state.map_or_else(String::new, |place| cells[place].into()),
+            gaze: [gaze_x, gaze_y],
+            closure: [closure_right, closure_left],
         });
     }
     Ok(records)
@@ -195,6 +210,7 @@ mod tests {
         );
         assert_eq!(records[0].landmarks[1][..2], [11.0, 21.0]);
         assert!(records[0].landmarks[1][2].is_nan() && records[0].state.is_empty());
+        assert!(records[0].gaze.iter().chain(&records[0].closure).all(|value| value.is_nan()));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What the eyes do: how far each lid has closed, and where each eye looks.
 
+use nalgebra::Vector3;
+
 /// The subject's side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
@@ -23,6 +25,15 @@ pub struct EyeState {
     pub yaw: f64,
     /// Turn upwards since the neutral, radians.
     pub pitch: f64,
+}
+
+impl EyeState {
+    /// Where it looks: a unit vector in the level frame, +Z in the neutral.
+    pub fn direction(&self) -> Vector3<f64> {
+        let (across, ahead) = self.yaw.sin_cos();
+        let (up, level) = self.pitch.sin_cos();
+        Vector3::new(level * across, up, level * ahead)
+    }
 }
 
 /// Both eyes in one frame.

@@ -122,6 +122,13 @@ impl Performer {
         Displacements { vectors, states: landmarks.states.clone() }
     }
 
+    /// Where one landmark lies in the scan frame, millimetres, if it has kept the depth of its posed neutral: lifting
+    /// without the network's depth hint.
+    pub fn lift_flat(&self, landmarks: &Landmarks, pose: &HeadPose, landmark: usize) -> Point3<f64> {
+        let depth = pose.to_camera(&self.neutral[landmark]).z;
+        pose.to_scan(&self.camera().at_depth(landmarks.pixel(landmark), depth))
+    }
+
     /// Where displaced landmarks appear: 478 × (x, y in pixels, camera depth in millimetres).
     pub fn project(&self, displacements: &Displacements, pose: &HeadPose) -> Vec<Vector3<f64>> {
         self.neutral
@@ -170,8 +177,7 @@ impl Performer {
             let pose = self.pose(frame, Some(&self.rest))?;
             // The plane parallel to the image alone: the network's depth must not enter the neutral.
             for (i, neutral) in self.neutral.iter().enumerate() {
-                let depth = pose.to_camera(neutral).z;
-                shift[i] += (pose.to_scan(&self.camera().at_depth(frame.pixel(i), depth)) - neutral) * share;
+                shift[i] += (self.lift_flat(frame, &pose, i) - neutral) * share;
                 points[i] += frame.points[i] * share;
             }
         }

@@ -7,8 +7,9 @@ use crate::{
     capture::{ClipInfo, Timestamp},
     head::{Camera, HeadPose},
     lift::{
-        Candidate, CausalSteadier, Expression, Eyes, FaceState, LiftError, NeutralSearch, NeutralStretch,
-        NotNeutral, Performer, Presence, Repair, Smoothing, steady_recording,
+        Candidate, CausalEyes, CausalSteadier, Expression, EyeRun, Eyes, FaceState, LiftError, NeutralEyes,
+        NeutralSearch, NeutralStretch, NotNeutral, Performer, Presence, Repair, Smoothing, eyes_of_recording,
+        measure_eyes, steady_recording,
     },
     tracking::{BlendshapeNetwork, Landmarks, TrackingError},
 };
@@ -95,7 +96,8 @@ impl Motion {
         let neutral_frames: Vec<&Landmarks> = chosen.iter().map(|c| c.landmarks).collect();
         let performer = Performer::from_average_face(camera, average_face, &neutral_frames)?;
         let neutral = (chosen[0].time, chosen[chosen.len() - 1].time);
-        let frames = solve_frames(&performance.frames, &performer, options.smoothing)?;
+        let eyes = neutral_eyes(&performer, &neutral_frames)?;
+        let frames = solve_frames(&performance.frames, &performer, &eyes, options.smoothing)?;
         Ok(Self { info, performer, frames, neutral, objections: stretch.objections })
     }
 }
@@ -124,47 +126,68 @@ fn choose_neutral(
     Err(LiftError::NotNeutral { start, end, reasons }.into())
 }
 
+fn neutral_eyes(performer: &Performer, frames: &[&Landmarks]) -> Result<NeutralEyes, LiftError> {
+    let measures: Result<Vec<_>, LiftError> = frames
+        .iter()
+        .map(|frame| Ok(measure_eyes(performer, frame, &performer.pose(frame, Some(performer.rest()))?)))
+        .collect();
+    Ok(NeutralEyes::new(&measures?))
+}
+
 /// Every unbroken run of tracked frames is solved and steadied by itself; presence then joins the runs.
 fn solve_frames(
     frames: &[TrackedFrame],
     performer: &Performer,
+    neutral_eyes: &NeutralEyes,
     smoothing: Smoothing,
 ) -> Result<Vec<MotionFrame>, PipelineError> {
-    let mut presence = Presence::new(*performer.rest());
     let mut repair = Repair::new(performer);
-    let mut solved = Vec::with_capacity(frames.len());
+    let mut expressions = Vec::with_capacity(frames.len());
+    let mut eye_runs = Vec::new();
     for run in frames.chunk_by(|a, b| a.landmarks.is_some() == b.landmarks.is_some()) {
-        let mut expressions = solve_run(run, performer, &mut repair, smoothing)?.into_iter();
-        for frame in run {
-            let (expression, state) = presence.show(frame.timestamp, expressions.next());
-            solved.push(MotionFrame {
-                index: frame.index,
-                timestamp: frame.timestamp,
-                expression,
-                state,
-                confidence: frame.landmarks.as_ref().map_or(0.0, |landmarks| landmarks.presence),
-            });
-        }
+        let (solved, eyes) = solve_run(run, performer, &mut repair, smoothing)?;
+        expressions.extend(solved);
+        eye_runs.push(eyes);
     }
-    Ok(solved)
+    // The lids' range is that of all runs.
+    for (expression, eyes) in expressions.iter_mut().zip(solve_eyes(neutral_eyes, &eye_runs, smoothing)) {
+        expression.eyes = eyes;
+    }
+    let mut presence = Presence::new(*performer.rest());
+    let mut seen = expressions.into_iter();
+    let shown = frames.iter().map(|frame| {
+        let expression = frame.landmarks.as_ref().and_then(|_| seen.next());
+        let (expression, state) = presence.show(frame.timestamp, expression);
+        MotionFrame {
+            index: frame.index,
+            timestamp: frame.timestamp,
+            expression,
+            state,
+            confidence: frame.landmarks.as_ref().map_or(0.0, |landmarks| landmarks.presence),
+        }
+    });
+    Ok(shown.collect())
 }
 
-/// One run; empty where its frames have no face.
+/// One run; empty where its frames have no face. The eyes are only measured.
 fn solve_run(
     run: &[TrackedFrame],
     performer: &Performer,
     repair: &mut Repair,
     smoothing: Smoothing,
-) -> Result<Vec<Expression>, PipelineError> {
+) -> Result<(Vec<Expression>, EyeRun), PipelineError> {
     let reference = performer.rest().rotation;
     let mut steadier = CausalSteadier::default();
     let mut previous: Option<HeadPose> = None;
     let mut expressions = Vec::new();
+    let mut eyes = EyeRun::default();
     repair.reset();
     for frame in run {
         let Some(landmarks) = &frame.landmarks else { continue };
         let pose = performer.pose(landmarks, previous.as_ref())?;
         previous = Some(pose);
+        eyes.times.push(frame.timestamp);
+        eyes.measures.push(measure_eyes(performer, landmarks, &pose));
         let displacements = performer.lift(landmarks, &pose);
         let mut expression = Expression { pose, displacements, eyes: Eyes::default() };
         repair.apply(frame.timestamp, &pose, &mut expression.displacements);
@@ -174,8 +197,23 @@ fn solve_run(
         expressions.push(expression);
     }
     if smoothing == Smoothing::ZeroPhase && !expressions.is_empty() {
-        let times: Vec<Timestamp> = run.iter().map(|frame| frame.timestamp).collect();
-        steady_recording(&times, &reference, &mut expressions);
+        steady_recording(&eyes.times, &reference, &mut expressions);
     }
-    Ok(expressions)
+    Ok((expressions, eyes))
+}
+
+/// The eyes of all tracked frames.
+fn solve_eyes(neutral: &NeutralEyes, runs: &[EyeRun], smoothing: Smoothing) -> Vec<Eyes> {
+    if smoothing != Smoothing::Causal {
+        return eyes_of_recording(neutral, runs, smoothing == Smoothing::ZeroPhase).concat();
+    }
+    let mut causal = CausalEyes::new(*neutral);
+    let mut eyes = Vec::new();
+    for run in runs {
+        causal.reset();
+        eyes.extend(
+            run.times.iter().zip(&run.measures).map(|(&time, measures)| causal.apply(time, measures)),
+        );
+    }
+    eyes
 }

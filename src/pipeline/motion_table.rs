@@ -8,7 +8,7 @@ use super::{Motion, MotionFrame, Performance, PipelineError};
 use crate::{
     export::{MotionCsvWriter, MotionRow},
     head::{HeadPose, true_turn},
-    lift::{FaceState, upright},
+    lift::{Eyes, FaceState, upright},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks},
 };
 
@@ -38,7 +38,7 @@ impl MotionTable {
                 .iter()
                 .map(|p| [p.x, p.y, (p.z - pose.translation.z) * pixels_per_millimetre]),
         );
-        self.row(frame, pose)
+        self.row(motion, frame, pose)
     }
 
     /// A frame as the networks gave it, with the pose of those very landmarks.
@@ -56,10 +56,13 @@ impl MotionTable {
                 if *state == LandmarkState::Absent { [f64::NAN; 3] } else { [p.x, p.y, p.z] }
             }));
         }
-        self.row(frame, &pose)
+        self.row(motion, frame, &pose)
     }
 
-    fn row(&mut self, frame: &MotionFrame, pose: &HeadPose) -> Result<(), PipelineError> {
+    fn row(&mut self, motion: &Motion, frame: &MotionFrame, pose: &HeadPose) -> Result<(), PipelineError> {
+        let rest = motion.performer.rest().rotation.inverse();
+        let turn = true_turn(&(upright() * pose.rotation * rest * upright()));
+        let eyes = &frame.expression.eyes;
         let row = MotionRow {
             frame: frame.index + 1,
             timestamp: frame.timestamp,
@@ -69,6 +72,8 @@ impl MotionTable {
             rotation: euler_xyz(&true_turn(&(pose.rotation * upright()))).into(),
             landmarks: &self.landmarks,
             state: frame.state.name(),
+            gaze: gaze_angles(eyes, &turn),
+            closure: [eyes.right.closure, eyes.left.closure],
         };
         Ok(self.writer.write_row(&row)?)
     }
@@ -101,14 +106,37 @@ fn euler_xyz(rotation: &Rotation3<f64>) -> Vector3<f64> {
     )
 }
 
+/// OpenFace's gaze angles: the mean of both eyes' directions in the camera's frame, to the picture's right and down.
+/// `turn` is the head's since the neutral, level frame; in the neutral the eyes look along the camera's axis.
+fn gaze_angles(eyes: &Eyes, turn: &Rotation3<f64>) -> [f64; 2] {
+    let gaze = turn * (eyes.right.direction() + eyes.left.direction());
+    [gaze.x.atan2(gaze.z), (-gaze.y).atan2(gaze.z)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lift::EyeState;
 
     #[test]
     fn angles_are_those_of_the_product() {
         let turn = |axis: Vector3<f64>, angle: f64| Rotation3::new(axis * angle);
         let rotation = turn(Vector3::x(), 0.3) * turn(Vector3::y(), -0.5) * turn(Vector3::z(), 0.2);
         assert!((euler_xyz(&rotation) - Vector3::new(0.3, -0.5, 0.2)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn gaze_is_that_of_head_and_eyes_together_with_the_signs_of_openface() {
+        let eye = |yaw, pitch| EyeState { closure: 0.0, yaw, pitch };
+        let eyes = |inwards: f64| Eyes { right: eye(0.2 + inwards, 0.1), left: eye(0.2 - inwards, 0.1) };
+        let still = Rotation3::identity();
+        let [x, y] = gaze_angles(&eyes(0.05), &still);
+        // To the subject's left, which is the picture's right, and up.
+        assert!((x - 0.2).abs() < 1e-9 && (y + 0.1).abs() < 3e-3, "{x} {y}");
+        // The head turned to the subject's left, the eyes back at the camera.
+        let turned = Rotation3::new(Vector3::y() * 0.2);
+        let back = Eyes { right: eye(-0.2, 0.0), left: eye(-0.2, 0.0) };
+        assert!(gaze_angles(&back, &turned).iter().all(|angle| angle.abs() < 1e-12));
+        assert!(gaze_angles(&Eyes::default(), &turned)[0] > 0.19);
     }
 }

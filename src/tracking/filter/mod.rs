@@ -4,7 +4,9 @@
 //! raw pixels: filtered pixels would smear head motion into expression.
 
 mod one_euro;
+mod settle;
 mod zero_phase;
 
 pub use one_euro::{OneEuro, OneEuroSettings};
+pub use settle::{Settle, settle_recording};
 pub use zero_phase::ZeroPhase;

@@ -61,7 +61,7 @@ impl<const N: usize> OneEuro<N> {
 }
 
 /// The share of the new sample in a first-order low-pass.
-fn smoothing(cutoff: f64, interval: f64) -> f64 {
+pub(super) fn smoothing(cutoff: f64, interval: f64) -> f64 {
     let ratio = std::f64::consts::TAU * cutoff * interval;
     ratio / (ratio + 1.0)
 }
