@@ -96,7 +96,19 @@ pub fn open(
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
     let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest);
+    // Lashes and the like are pieces of their own that reach across the rim: they are not cut.
+    let pieces = edit.pieces(&patch);
+    let within = |t: &u32| edit.corners(*t).iter().all(|&c| outline.inside(&edit.at(c).xy()) > 0.0);
+    let skin = pieces.iter().map(Vec::len).max().unwrap_or(0);
+    let strays: BTreeSet<u32> = pieces
+        .into_iter()
+        .filter(|piece| piece.len() < skin && !piece.iter().all(within))
+        .flatten()
+        .collect();
     let is_inside = |triangle: u32| {
+        if strays.contains(&triangle) {
+            return false;
+        }
         let corners = edit.corners(triangle);
         let free: Vec<f64> =
             corners.iter().filter(|c| !on.contains(c)).map(|&c| outline.inside(&edit.at(c).xy())).collect();

@@ -21,8 +21,10 @@ const BACKING: f64 = 0.06;
 const SINKING: f64 = 0.10;
 /// Colours nearer to the rim than this are lashes or skin, eye widths.
 const MARGIN: f64 = 0.035;
-/// Skin beside the hole stays at least this far before the ball, eye widths.
-const CLEARANCE: f64 = 0.01;
+/// Skin beside the hole stays about this far before the ball, and the ball goes back for it by so much, eye widths.
+const CLEARANCE: f64 = 0.03;
+const AROUND: f64 = 0.25;
+const DEEPER: f64 = 0.10;
 /// Of what is seen of the white, so many places count.
 const WHITES: usize = 160;
 /// sRGB of the white of an eye, and of an iris of no one's.
@@ -56,11 +58,23 @@ impl Eyeball {
             .collect();
         backs.sort_by(f64::total_cmp);
         let mut z = backs.get(backs.len() / 2).copied().unwrap_or(outer.z - radius);
-        let clearance = CLEARANCE * width;
-        for &place in &hole.rim {
+        let (clearance, deepest) = (CLEARANCE * width, z - DEEPER * width);
+        // Skin that nearly touches the ball would let it through when it moves.
+        let (low, high) = hole.outline.bounds();
+        let margin = AROUND * width;
+        let skin = edit.patch(
+            &Point3::new(low.x, low.y - margin, z),
+            &Point3::new(high.x, high.y + margin, z + 2.0 * radius),
+        );
+        let painted: std::collections::BTreeSet<u32> = hole.painted.iter().map(|&v| edit.place(v)).collect();
+        for place in skin.iter().flat_map(|&t| edit.corners(t)).filter(|place| !painted.contains(place)) {
             let p = edit.at(place);
-            let front = (radius * radius - from_middle(p).powi(2)).max(0.0).sqrt();
-            z = z.min(p.z - clearance - front).max(z - 0.12 * width);
+            let away = -hole.outline.inside(&p.xy());
+            if away < margin && p.z > z {
+                let front = (radius * radius - from_middle(p).powi(2)).max(0.0).sqrt();
+                let wanted = clearance * (0.5 + away / margin);
+                z = z.min(p.z - wanted - front).max(deepest);
+            }
         }
         Self { centre: Point3::new(middle.x, middle.y, z), radius }
     }

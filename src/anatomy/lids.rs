@@ -4,10 +4,12 @@
 //! and the lower rim a little up until both lie on one line, no nearer to the axis than the ball; skin between rim and
 //! brow follows less and less, so the lid's texture is that of the fold above it. The ball and its iris stay.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    edit::EditMesh,
+    edit::{Distances, EditMesh},
     eye_hole::EyeHole,
     eyeball::{Eyeball, smooth},
     regions::EyeLandmarks,
@@ -16,13 +18,18 @@ use super::{
 /// How much of the way the lower lid comes up.
 const LOWER_SHARE: f64 = 0.15;
 /// Thickness of a lid over the ball, eye widths.
-const THICKNESS: f64 = 0.035;
+const THICKNESS: f64 = 0.02;
+/// Near the corners lids do not lie on the ball but on what is there; over this share of the eye the one gives way to
+/// the other.
+const CORNER: f64 = 0.2;
 /// How far the upper lid overlaps the lower one when shut, eye widths: hides the line between two polygons.
 const OVERLAP: f64 = 0.008;
-/// The upper lid reaches this share of the way to the brow's lower edge.
-const TO_BROW: f64 = 0.85;
-/// The lower lid reaches this far down, radians.
-const DOWN: f64 = 0.65;
+/// The lower lid reaches this far down over the skin, eye widths; so does the upper one where no brow is known.
+const REACH: f64 = 0.30;
+/// The upper one reaches this share of the straight way to the brow's lower edge.
+const TO_BROW: f64 = 1.0;
+/// Rounds in which a place takes over the mean of its neighbours: ways along edges zigzag.
+const SMOOTHING: usize = 12;
 /// Skin farther from the axis than this is no lid, radii of the ball.
 const FARTHEST: f64 = 2.2;
 /// Closures for which the shape is worked out; between them it is interpolated. 0 is the scan's own.
@@ -132,9 +139,8 @@ struct Section {
     lower: Polar,
     /// Where both rims meet.
     meeting: Polar,
-    /// Where the lids end, radians.
-    top: f64,
-    bottom: f64,
+    /// 0 at the corners, 1 over the ball.
+    over_ball: f64,
 }
 
 /// Works out the shapes. `landmarks` are in the axes of the face; `None` where the rim does not go round.
@@ -150,57 +156,51 @@ pub fn shape(
     let corners = hole.corners.map(|corner| axis.enter(&corner));
     let (first, last) = (corners[0].along.min(corners[1].along), corners[0].along.max(corners[1].along));
     let (mut upper, mut lower) = (corners.to_vec(), corners.to_vec());
+    let (mut upper_places, mut lower_places) = (Vec::new(), Vec::new());
     let inside = (first + 0.04 * width)..(last - 0.04 * width);
     for &place in &hole.rim {
         let p = axis.enter(edit.at(place));
         if inside.contains(&p.along) {
-            if is_upper(hole, edit.at(place)) { &mut upper } else { &mut lower }.push(p);
+            let is_upper = is_upper(hole, edit.at(place));
+            if is_upper { &mut upper } else { &mut lower }.push(p);
+            if is_upper { &mut upper_places } else { &mut lower_places }.push(place);
         }
     }
     if upper.len() < 7 || lower.len() < 7 {
         return None;
     }
     let (upper, lower) = (Rim::new(upper), Rim::new(lower));
-    let brow: Vec<Polar> = eye.brow.iter().filter_map(|&i| Some(axis.enter(&landmarks[i]?))).collect();
-    let brow = if brow.len() > 1 { Some(Rim::new(brow)) } else { None };
     let section = |along: f64| {
         let (u, l) = (upper.at(along), lower.at(along));
         let angle = l.angle + LOWER_SHARE * (u.angle - l.angle);
         let distance = f64::midpoint(u.distance, l.distance).max(axis.ball(along) + THICKNESS * width);
-        let usual_top = u.angle + 0.7;
-        let top = brow.as_ref().map_or(usual_top, |b| u.angle + TO_BROW * (b.at(along).angle - u.angle));
-        Section {
-            upper: u,
-            lower: l,
-            meeting: Polar { along, angle, distance },
-            top: top.max(u.angle + 0.25),
-            bottom: l.angle - DOWN,
-        }
+        let from_corner = (along - first).min(last - along) / (CORNER * (last - first));
+        let over_ball = smooth(from_corner.clamp(0.0, 1.0));
+        Section { upper: u, lower: l, meeting: Polar { along, angle, distance }, over_ball }
     };
-    let painted: std::collections::BTreeSet<u32> = hole.painted.iter().copied().collect();
-    let rim: std::collections::BTreeSet<u32> = hole.rim.iter().copied().collect();
+    // How far the skin goes from the upper rim to the brow, at one place along the axis.
+    let brow: Vec<Polar> = eye.brow.iter().filter_map(|&i| Some(axis.enter(&landmarks[i]?))).collect();
+    let brow = (brow.len() > 1).then(|| Rim::new(brow));
+    let height = |point: &Point3<f64>| {
+        let along = axis.enter(point).along;
+        let usual = REACH * width;
+        brow.as_ref().map_or(usual, |brow| {
+            let (from, to) = (axis.leave(&upper.at(along)), axis.leave(&brow.at(along)));
+            (TO_BROW * (to - from).norm()).max(usual)
+        })
+    };
+    let follow = Following::new(edit, hole, &upper_places, &lower_places, &height, width);
+    let painted: BTreeSet<u32> = hole.painted.iter().copied().collect();
     let mut vertices = Vec::new();
     let mut shapes: [Vec<Vector3<f64>>; CLOSURES.len()] = Default::default();
     for (vertex, point) in (0_u32..).zip(&edit.mesh().positions) {
-        if painted.contains(&vertex) {
-            continue;
-        }
+        let Some(&(is_upper, follow)) = follow.0.get(&edit.place(vertex)) else { continue };
         let p = axis.enter(point);
         let reached = p.along > first && p.along < last && p.distance < FARTHEST * ball.radius;
-        if !reached || p.angle.abs() > 1.5 {
+        if painted.contains(&vertex) || !reached || p.angle.abs() > 1.5 || follow <= 0.0 {
             continue;
         }
         let section = section(p.along);
-        let on_rim = rim.contains(&edit.place(vertex));
-        let is_upper = if on_rim {
-            is_upper(hole, point)
-        } else {
-            p.angle > f64::midpoint(section.upper.angle, section.lower.angle)
-        };
-        let follow = if on_rim { 1.0 } else { following(&section, &p, is_upper) };
-        if follow <= 0.0 {
-            continue;
-        }
         vertices.push(vertex);
         for (shape, closure) in shapes.iter_mut().zip(CLOSURES) {
             let moved = moved(&axis, &section, &p, is_upper, follow, closure, width);
@@ -218,14 +218,71 @@ fn is_upper(hole: &EyeHole, point: &Point3<f64>) -> bool {
     hole.outline.span_at(point.x).is_some_and(|(below, above)| point.y > f64::midpoint(below, above))
 }
 
-/// How much of its rim's motion a place follows, 0..=1.
-fn following(section: &Section, p: &Polar, is_upper: bool) -> f64 {
-    let away = if is_upper {
-        (p.angle - section.upper.angle) / (section.top - section.upper.angle)
-    } else {
-        (section.lower.angle - p.angle) / (section.lower.angle - section.bottom)
-    };
-    1.0 - smooth(away.clamp(0.0, 1.0))
+/// For each place on a lid whether it is the upper one, and how much of its rim's motion it follows, 0..=1.
+///
+/// The way over the skin decides, not the height: a fold of skin that hangs over the lid lies as low as the rim but
+/// belongs to the brow.
+struct Following(BTreeMap<u32, (bool, f64)>);
+
+impl Following {
+    fn new(
+        edit: &EditMesh,
+        hole: &EyeHole,
+        upper: &[u32],
+        lower: &[u32],
+        height: &dyn Fn(&Point3<f64>) -> f64,
+        width: f64,
+    ) -> Self {
+        let (low, high) = hole.outline.bounds();
+        let depth = hole.corners[0].z.min(hole.corners[1].z);
+        let patch: Vec<u32> = edit
+            .patch(
+                &Point3::new(low.x - 0.2 * width, low.y - width, depth - width),
+                &Point3::new(high.x + 0.2 * width, high.y + 1.2 * width, depth + width),
+            );
+        let length = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
+        let from_upper = Distances::from(edit, &patch, upper, length);
+        let from_lower = Distances::from(edit, &patch, lower, length);
+        let places: BTreeSet<u32> = patch.iter().flat_map(|&t| edit.corners(t)).collect();
+        let mut away: BTreeMap<u32, (bool, f64)> = BTreeMap::new();
+        for place in places {
+            let (up, down) = (from_upper.to(place), from_lower.to(place));
+            if !up.min(down).is_finite() {
+                continue;
+            }
+            let is_upper = up < down;
+            let share = if is_upper { up / height(edit.at(place)) } else { down / (REACH * width) };
+            away.insert(place, (is_upper, share.min(1.0)));
+        }
+        let fixed: BTreeSet<u32> = upper.iter().chain(lower).copied().collect();
+        smooth_over(edit, &patch, &fixed, &mut away);
+        let follow = |(is_upper, share): (bool, f64)| (is_upper, 1.0 - smooth(share.clamp(0.0, 1.0)));
+        Self(away.into_iter().map(|(place, found)| (place, follow(found))).collect())
+    }
+}
+
+/// Lets every place that is not fixed take over the mean of its neighbours on the same lid.
+fn smooth_over(edit: &EditMesh, patch: &[u32], fixed: &BTreeSet<u32>, away: &mut BTreeMap<u32, (bool, f64)>) {
+    let edges: Vec<(u32, u32)> = edit.edges(patch).into_keys().collect();
+    for _ in 0..SMOOTHING {
+        let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        for &(a, b) in &edges {
+            let (Some(&p), Some(&q)) = (away.get(&a), away.get(&b)) else { continue };
+            if p.0 == q.0 {
+                for (place, share) in [(a, q.1), (b, p.1)] {
+                    let sum = sums.entry(place).or_default();
+                    *sum = (sum.0 + share, sum.1 + 1.0);
+                }
+            }
+        }
+        for (place, (sum, count)) in sums {
+            if !fixed.contains(&place)
+                && let Some(known) = away.get_mut(&place)
+            {
+                known.1 = 0.5 * known.1 + 0.5 * sum / count;
+            }
+        }
+    }
 }
 
 fn moved(
@@ -238,16 +295,18 @@ fn moved(
     width: f64,
 ) -> Polar {
     let (rim, meeting) = (if is_upper { &section.upper } else { &section.lower }, &section.meeting);
-    // An opening eye lifts its upper lid; the lower one hardly gives way.
-    let closure = if closure < 0.0 && !is_upper { 0.4 * closure } else { closure };
+    // An opening eye lifts its upper lid; the lower one stays.
+    let closure = if is_upper { closure } else { closure.max(0.0) };
     let way = meeting.angle - rim.angle;
     let shut = closure.max(0.0) * follow;
     let overlap = if is_upper { -OVERLAP * width / meeting.distance * shut * tapered(section) } else { 0.0 };
     let over = if is_upper { 0.5 * OVERLAP * width * shut } else { 0.0 };
-    let distance = p.distance + shut * (meeting.distance - rim.distance) + over;
+    // A lid that has come down lies on the ball, however deep or proud the skin was that it is made of.
+    let distance = p.distance + shut * section.over_ball * (meeting.distance - p.distance) + over;
     // Skin that moves over the ball keeps off it.
     let off_the_ball = axis.ball(p.along) + THICKNESS * width;
-    let least = p.distance + (off_the_ball - p.distance).max(0.0) * (4.0 * shut).min(1.0);
+    let pressed = (4.0 * closure.abs() * follow).min(1.0) * section.over_ball;
+    let least = p.distance + (off_the_ball - p.distance).max(0.0) * pressed;
     Polar {
         along: p.along,
         angle: p.angle + closure * follow * way + overlap,

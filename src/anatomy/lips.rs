@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    edit::EditMesh,
+    edit::{EditMesh, triangle_edges},
     lip_line::LipLine,
     regions::{INNER_CORNERS, LOWER_INNER, UPPER_INNER},
     slit::{Slit, SlitFault, cut},
@@ -22,6 +22,8 @@ const BEHIND: f64 = 0.5;
 const DETOUR: f64 = 1.6;
 /// Lips that share vertices do so this near to the line, mouth widths.
 const TOUCHING: f64 = 0.08;
+/// Over this distance a sheet of touching lips shows which lip it is, mouth widths.
+const SHEET_REACH: f64 = 0.16;
 /// Of the cut's edges at least this share lies on the line.
 const ON_LINE: f64 = 0.8;
 /// Landmarks in the middle of the outer rims, upper and lower.
@@ -96,23 +98,68 @@ fn separate(edit: &mut EditMesh, patch: &[u32], line: &LipLine, mouth: f64) {
         (line.ends[0]..line.ends[1]).contains(&along) && line.above(p).abs() < TOUCHING * mouth
     };
     let edges = edit.edges(patch);
-    let branching = edges.iter().filter(|(_, triangles)| triangles.len() > 2);
-    let row: BTreeSet<u32> = branching
+    let row: BTreeSet<u32> = edges
+        .iter()
+        .filter(|(_, triangles)| triangles.len() > 2)
         .flat_map(|(&(a, b), _)| [a, b])
         .filter(|&place| on_line(edit.at(place)))
         .collect();
-    tracing::info!("{} places where touching lips branch, of {} branching edges", row.len(), edges.values().filter(|t| t.len() > 2).count());
-    if row.is_empty() {
-        return;
-    }
-    let middle = |triangle: u32| {
-        let corners = edit.corners(triangle).map(|c| edit.at(c).coords);
-        Point3::from(corners.iter().sum::<Vector3<f64>>() / 3.0)
+    let neighbours = |edit: &EditMesh, triangle: u32| -> Vec<u32> {
+        let around = triangle_edges(edit.corners(triangle));
+        let pairs = around.iter().filter_map(|edge| edges.get(edge)).filter(|triangles| triangles.len() == 2);
+        pairs.flatten().copied().filter(|&other| other != triangle).collect()
     };
-    let touches = |triangle: u32| edit.corners(triangle).iter().any(|c| row.contains(c));
-    let below: Vec<u32> =
-        patch.iter().copied().filter(|&t| touches(t) && line.above(&middle(t)) < 0.0).collect();
+    let mut below = Vec::new();
+    for &place in &row {
+        let mut fan: BTreeSet<u32> =
+            patch.iter().copied().filter(|&t| edit.corners(t).contains(&place)).collect();
+        let mut sheets = Vec::new();
+        while let Some(start) = fan.pop_first() {
+            let (mut sheet, mut next) = (vec![start], vec![start]);
+            while let Some(triangle) = next.pop() {
+                for other in neighbours(edit, triangle) {
+                    if fan.remove(&other) {
+                        sheet.push(other);
+                        next.push(other);
+                    }
+                }
+            }
+            sheets.push(sheet);
+        }
+        // At the corners the lips are one sheet, and stay so.
+        if sheets.len() > 1 {
+            for sheet in sheets {
+                if rise(edit, &sheet, place, mouth, &|t| neighbours(edit, t)) < 0.0 {
+                    below.extend(sheet);
+                }
+            }
+        }
+    }
     edit.detach(&below, &row);
+}
+
+/// How far a sheet of surface rises, on average, as it leaves a place: an overhanging lip first leads downwards.
+fn rise(
+    edit: &EditMesh,
+    sheet: &[u32],
+    place: u32,
+    mouth: f64,
+    neighbours: &dyn Fn(u32) -> Vec<u32>,
+) -> f64 {
+    let start = *edit.at(place);
+    let middle = |triangle: u32| {
+        Point3::from(edit.corners(triangle).map(|c| edit.at(c).coords).iter().sum::<Vector3<f64>>() / 3.0)
+    };
+    let mut seen: BTreeSet<u32> = sheet.iter().copied().collect();
+    let mut next = sheet.to_vec();
+    while let Some(triangle) = next.pop() {
+        for other in neighbours(triangle) {
+            if (middle(other) - start).norm() < SHEET_REACH * mouth && seen.insert(other) {
+                next.push(other);
+            }
+        }
+    }
+    seen.iter().map(|&t| middle(t).y - start.y).sum::<f64>() / seen.len().max(1) as f64
 }
 
 /// Whether the way over the skin from lip to lip leads around an opening.

@@ -27,13 +27,15 @@ use crate::{
 const WET_EYE: f32 = 1.0;
 const WET_MOUTH: f32 = 0.35;
 /// Where a scan's own cavity is looked for: around the mouth's middle and behind the lips, mouth widths.
-const BAG_REACH: f64 = 0.75;
+const BAG_REACH: f64 = 0.9;
 const BAG_START: f64 = 0.08;
-const BAG_DEPTH: f64 = 1.6;
+const BAG_DEPTH: f64 = 2.6;
 /// The cavity of an open mouth starts this far behind its lips, mouth widths.
 const BEHIND_OPEN: f64 = 0.05;
 /// Fewer hidden triangles than this are a fold.
 const FEWEST_BAG: usize = 60;
+/// A cavity has at most this many edges with nothing beyond.
+const MOST_ENDS: usize = 6;
 
 /// What a part is, and so how it moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -443,7 +445,7 @@ impl<'a> Preparation<'a> {
             let is_behind = middle.z < front - BAG_START * mouth;
             is_behind && self.depth(middle.x, middle.y).is_some_and(|z| z - middle.z > BAG_START * mouth)
         };
-        let bag: Vec<u32> = patch.into_iter().filter(hidden).collect();
+        let bag: Vec<u32> = patch.iter().copied().filter(hidden).collect();
         // Nostrils are hidden too, but hang together with nothing behind the lips.
         let near_lips = |piece: &Vec<u32>| {
             let behind = |t: &u32| {
@@ -454,11 +456,12 @@ impl<'a> Preparation<'a> {
             piece.iter().any(behind)
         };
         tracing::info!("{} of {} triangles behind the lips are hidden", bag.len(), self.edit.mesh().triangles.len());
-        for piece in self.edit.pieces(&bag) { let near = near_lips(&piece); tracing::info!("piece {} near {near}", piece.len()); }
         let pieces = self.edit.pieces(&bag).into_iter().filter(near_lips);
         let largest = pieces.max_by_key(Vec::len).unwrap_or_default();
-        // A few hidden triangles are a fold, not a mouth.
-        if largest.len() < FEWEST_BAG { Vec::new() } else { largest }
+        // A few hidden triangles are a fold, not a mouth; one that ends in an edge is the lips' lining.
+        let around = self.edit.edges(&patch);
+        let ends = self.edit.edges(&largest).keys().filter(|edge| around[edge].len() == 1).count();
+        if largest.len() < FEWEST_BAG || ends > MOST_ENDS { Vec::new() } else { largest }
     }
 
     /// Along-coordinates of the network's stations, ascending.

@@ -16,7 +16,7 @@ use super::{
     Outcome,
     clip::ClipArgs,
     inputs, progress,
-    target::{ScanArgs, parse_size, report},
+    target::{ScanArgs, parse_size, report, report_anatomy},
 };
 
 const EXAMPLES: &str = "\
@@ -112,9 +112,7 @@ impl Animate {
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
         if matches!(self.transfer, TransferArg::Spline) {
             target.prepare(&gpu)?;
-            for omission in &target.anatomy.omissions {
-                tracing::warn!("{}: {omission}", target.scan.name);
-            }
+            report_anatomy(&target);
         }
         if !quiet {
             report(&target);

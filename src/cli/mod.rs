@@ -13,6 +13,7 @@ mod assets;
 mod clip;
 mod inputs;
 mod landmark;
+mod prepare;
 mod progress;
 mod render;
 mod target;
@@ -31,6 +32,7 @@ Examples:
   understudy animate clip.mp4 --target scan.obj -o avatar.mp4 -o avatar.glb
   understudy track clip.mp4 -o motion.csv
   understudy landmark scan.obj -o picture.png -o scan.landmarks.json
+  understudy prepare scan.obj -o avatar.glb -o look.png
   understudy render scan.obj -o look.png --yaw 30
   understudy assets";
 
@@ -53,6 +55,7 @@ enum Command {
     Animate(Box<animate::Animate>),
     Track(Box<track::Track>),
     Landmark(landmark::Landmark),
+    Prepare(prepare::Prepare),
     Render(render::Render),
     Assets(assets::AssetsCommand),
 }
@@ -77,6 +80,7 @@ pub fn run() -> ExitCode {
         Command::Animate(command) => command.run(cli.quiet),
         Command::Track(command) => command.run(cli.quiet),
         Command::Landmark(command) => command.run(cli.quiet),
+        Command::Prepare(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };

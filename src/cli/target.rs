@@ -48,6 +48,13 @@ pub fn report(target: &Target) {
     );
 }
 
+/// Warns of what could not be made of a scan.
+pub fn report_anatomy(target: &Target) {
+    for omission in &target.anatomy.omissions {
+        tracing::warn!("{}: {omission}", target.scan.name);
+    }
+}
+
 /// A picture's size that every output can take.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let wanted = || "write two even numbers from 64 to 4096, such as 1280x720".to_owned();

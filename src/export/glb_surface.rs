@@ -126,7 +126,9 @@ pub(super) fn push_surface(
         let indices = buffer.push_indices(corners);
         let texture = texture.map(|texture| looks.texture(texture, root, buffer));
         let bare = if mesh.colours.is_empty() { DEFAULT_GREY } else { [1.0; 4] };
-        let colour = found.map_or(bare, |found| found.base_colour);
+        // A factor of one on nothing is no colour but a missing one.
+        let is_missing = |colour: &[f32; 4]| texture.is_none() && colour[..3].iter().all(|c| *c >= 1.0);
+        let colour = found.map(|found| found.base_colour).filter(|c| !is_missing(c)).unwrap_or(bare);
         let name = found.map_or(part.name, |found| &found.name);
         let roughness = roughness(found.map_or(0.0, |found| found.gloss));
         primitives.push(json::mesh::Primitive {

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     capture::FrameSource,
     export::{Mp4Settings, Mp4Writer, Pc2Writer, Sound},
-    rig::{AvatarFrame, Rig},
+    rig::{AvatarFrame, Bones, Rig},
 };
 
 /// A solved take, a rigged target, and how the head is shown.
@@ -77,8 +77,8 @@ impl Animation<'_> {
     /// The target with its motion as morph targets.
     pub fn write_glb(&self, path: &Path, watch: &mut Stopwatch) -> Result<GlbReport, PipelineError> {
         watch.time("write glb", || {
-            let (controls, heads) = self.control_motion();
-            write_take_glb(path, self.target, self.rig, self.motion, &controls, &heads, self.head)
+            let moves = self.control_motion();
+            write_take_glb(path, self.target, self.rig, self.motion, &moves, self.head)
         })
     }
 
@@ -127,19 +127,28 @@ impl Animation<'_> {
         constant_rate(&times, self.motion.info.rate)
     }
 
-    /// How far every control moves in every frame, millimetres, and where the head is.
-    pub fn control_motion(&self) -> (Vec<MatrixXx3<f64>>, Vec<Isometry3<f64>>) {
-        let mut controls = self.rig.new_frame().controls;
-        self.motion
-            .frames
-            .iter()
-            .map(|frame| {
-                self.rig.pose_controls(&frame.expression, &mut controls);
-                let moved = MatrixXx3::from_fn(controls.len(), |i, axis| f64::from(controls[i][axis]));
-                (moved, self.rig.head_motion(&frame.expression.pose))
-            })
-            .unzip()
+    /// How everything moves that the rest follows from.
+    pub fn control_motion(&self) -> ControlMotion {
+        let mut moved = self.rig.new_frame().controls;
+        let mut motion = ControlMotion { controls: Vec::new(), bones: Vec::new(), heads: Vec::new() };
+        for frame in &self.motion.frames {
+            motion.bones.push(self.rig.pose_controls(&frame.expression, &mut moved));
+            let controls = MatrixXx3::from_fn(moved.len(), |i, axis| f64::from(moved[i][axis]));
+            motion.controls.push(controls);
+            motion.heads.push(self.rig.head_motion(&frame.expression.pose));
+        }
+        motion
     }
+}
+
+/// A take in the rig's own terms, an entry for each frame. Target's scan frame, millimetres.
+pub struct ControlMotion {
+    /// What multiplies the warp's columns, C × 3.
+    pub controls: Vec<MatrixXx3<f64>>,
+    /// The rigid parts.
+    pub bones: Vec<Bones>,
+    /// The head.
+    pub heads: Vec<Isometry3<f64>>,
 }
 
 /// Moves the vertices with the head.

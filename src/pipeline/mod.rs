@@ -1,8 +1,10 @@
 //! The stages joined: offline, in order.
 
 mod animation;
+mod avatar_glb;
 mod canonical;
 mod error;
+mod glb_parts;
 mod glb_take;
 mod inspection;
 mod motion;
@@ -19,7 +21,8 @@ mod stage;
 mod stopwatch;
 mod target;
 
-pub use animation::{Animation, VideoPlan};
+pub use animation::{Animation, ControlMotion, VideoPlan};
+pub use avatar_glb::{expression_sheet, write_avatar_glb};
 pub use canonical::read_canonical_face;
 pub use error::PipelineError;
 pub use glb_take::{GlbReport, write_take_glb};

@@ -51,7 +51,7 @@ fn picture(size: [u32; 2], rgba: Vec<u8>) -> Result<RgbaImage, ViewError> {
 
 /// Frames in order of time: the calmest, then each time the one least like those chosen.
 fn most_different(animation: &Animation) -> Vec<usize> {
-    let (controls, _) = animation.control_motion();
+    let controls = animation.control_motion().controls;
     let calmest = (0..controls.len()).min_by(|&a, &b| controls[a].norm().total_cmp(&controls[b].norm()));
     let mut chosen: Vec<usize> = calmest.into_iter().collect();
     let mut distances = vec![f64::INFINITY; controls.len()];

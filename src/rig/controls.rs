@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::{TargetFace, Transfer};
+use super::TargetFace;
 use crate::{
     anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, LOWER_LIP, UPPER_INNER, UPPER_LIP, eye_landmarks},
     lift::Side,
@@ -31,13 +31,9 @@ pub enum Driver {
         /// Whether on the lower lip.
         lower: bool,
     },
-    /// A lid's rim, which only goes where the eye's corners go: how the lids close is not the spline's business.
-    EyeRim {
-        /// Which eye.
-        side: Side,
-        /// From the outer corner (0) to the inner one (1).
-        share: f64,
-    },
+    /// Nothing: the corners and rims of the eyes, which ligaments hold to the skull. How the lids close is not the
+    /// spline's business.
+    Skull,
 }
 
 /// On which side of the lips' line a control lies.
@@ -68,7 +64,12 @@ impl Controls {
     /// Landmarks found on the target serve as they are; those not found are carried over from the performer by the
     /// landmark spline and snapped to the nearest point of the surface (000 §5.6.1). On an opened target the lips' inner
     /// rims are driven at the cut, and lids are left to their own shapes.
-    pub fn new(target: &TargetFace, transfer: &Transfer, anatomy: &Anatomy, surface: &Surface) -> Self {
+    pub fn new(
+        target: &TargetFace,
+        carried: &dyn Fn(usize) -> Option<Point3<f64>>,
+        anatomy: &Anatomy,
+        surface: &Surface,
+    ) -> Self {
         let mut controls =
             Self { drivers: Vec::new(), rest: Vec::new(), lips: Vec::new(), anchors: Vec::new() };
         let mouth_height = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |p| p.y);
@@ -81,7 +82,7 @@ impl Controls {
         }
         for landmark in 0..SKIN_LANDMARK_COUNT {
             let mut place = target.landmarks[landmark]
-                .or_else(|| surface.nearest(transfer.place(landmark)).map(|found| found.position));
+                .or_else(|| Some(surface.nearest(carried(landmark)?)?.position));
             let mut driver = Driver::Landmark(landmark);
             if let Some(mouth) = &anatomy.mouth {
                 if UPPER_INNER.contains(&landmark) || LOWER_INNER.contains(&landmark) {
@@ -93,10 +94,10 @@ impl Controls {
             }
             let region = landmark_table()[landmark].region;
             if is_prepared && region == Region::Lids {
-                match eye_rim(landmark) {
-                    Some(rim) => driver = rim,
-                    None => continue,
+                if !is_on_eye_rim(landmark) {
+                    continue;
                 }
+                driver = Driver::Skull;
             }
             let Some(place) = place else { continue };
             // Above the mouth the outline is silhouette, which slides over the skin as the head turns.
@@ -141,15 +142,14 @@ fn lip_of(landmark: usize) -> Lip {
     }
 }
 
-/// The driver of a landmark on a lid's rim; `None` for the folds around it.
-fn eye_rim(landmark: usize) -> Option<Driver> {
-    Side::BOTH.into_iter().find_map(|side| {
+/// Whether a landmark lies on an eye's corner or on the rim of its lids, and not in the folds around them.
+fn is_on_eye_rim(landmark: usize) -> bool {
+    Side::BOTH.into_iter().any(|side| {
         let eye = eye_landmarks(side);
-        if landmark == eye.outer || landmark == eye.inner {
-            return Some(Driver::Landmark(landmark));
-        }
-        let along = [&eye.upper, &eye.lower].into_iter().find_map(|rim| rim.iter().position(|&i| i == landmark))?;
-        Some(Driver::EyeRim { side, share: (along + 1) as f64 / (eye.upper.len() + 1) as f64 })
+        landmark == eye.outer
+            || landmark == eye.inner
+            || eye.upper.contains(&landmark)
+            || eye.lower.contains(&landmark)
     })
 }
 
@@ -193,9 +193,7 @@ mod tests {
 
     #[test]
     fn lids_rims_are_known_and_folds_are_not() {
-        assert_eq!(eye_rim(33), Some(Driver::Landmark(33)));
-        assert_eq!(eye_rim(159), Some(Driver::EyeRim { side: Side::Right, share: 0.5 }));
-        assert_eq!(eye_rim(374), Some(Driver::EyeRim { side: Side::Left, share: 0.5 }));
-        assert_eq!(eye_rim(27), None);
+        assert!([33, 133, 159, 145, 263, 362, 386, 374].into_iter().all(is_on_eye_rim));
+        assert!(![27, 23, 257, 253, 168].into_iter().any(is_on_eye_rim));
     }
 }

@@ -10,14 +10,16 @@ mod avatar;
 mod controls;
 mod error;
 mod lips;
+mod puppet;
 mod regions;
 mod skin;
 mod target;
 mod transfer;
 
-pub use avatar::{AvatarFrame, Rig};
+pub use avatar::Rig;
 pub use controls::{Controls, Driver, Lip};
 pub use error::RigError;
 pub use lips::LipDrive;
+pub use puppet::{AvatarFrame, Bones, Puppet};
 pub use target::TargetFace;
 pub use transfer::{Transfer, TransferRule};

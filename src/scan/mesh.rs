@@ -1,6 +1,6 @@
 //! The triangle mesh every reader produces and every later stage shares.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 use nalgebra::Point3;
 
@@ -63,6 +63,44 @@ impl Mesh {
     /// V × 3 positions in single precision, as renderers and warps take them.
     pub fn positions_f32(&self) -> Vec<[f32; 3]> {
         self.positions.iter().map(|p| p.coords.map(|v| v as f32).into()).collect()
+    }
+
+    /// A stretch of vertices and of the triangles between them as a mesh of its own, with the texture coordinates and
+    /// materials that it uses.
+    #[must_use]
+    pub fn stretch(&self, vertices: &Range<usize>, triangles: &Range<usize>) -> Self {
+        let (mut uvs, mut materials) = (BTreeMap::new(), BTreeMap::new());
+        let renumbered = |seen: &mut BTreeMap<u32, u32>, old: u32| {
+            let next = seen.len() as u32;
+            *seen.entry(old).or_insert(next)
+        };
+        let slice = |list: &[[u32; 3]]| list.get(triangles.clone()).unwrap_or_default().to_vec();
+        let uv_triangles: Vec<[u32; 3]> = slice(&self.uv_triangles)
+            .into_iter()
+            .map(|corners| corners.map(|uv| renumbered(&mut uvs, uv)))
+            .collect();
+        let used = self.triangle_materials.get(triangles.clone()).unwrap_or_default();
+        let triangle_materials: Vec<u32> =
+            used.iter().map(|&material| renumbered(&mut materials, material)).collect();
+        let in_order = |seen: BTreeMap<u32, u32>| {
+            let mut order: Vec<(u32, u32)> = seen.into_iter().map(|(old, new)| (new, old)).collect();
+            order.sort_unstable();
+            order.into_iter().map(|(_, old)| old as usize)
+        };
+        let first = vertices.start as u32;
+        Self {
+            positions: self.positions[vertices.clone()].to_vec(),
+            triangles: slice(&self.triangles).into_iter().map(|t| t.map(|v| v - first)).collect(),
+            uvs: in_order(uvs).map(|uv| self.uvs[uv]).collect(),
+            uv_triangles,
+            colours: self.colours.get(vertices.clone()).unwrap_or_default().to_vec(),
+            materials: if self.triangle_materials.is_empty() {
+                self.materials.clone()
+            } else {
+                in_order(materials).map(|material| self.materials[material].clone()).collect()
+            },
+            triangle_materials,
+        }
     }
 
     /// Centre of the axis-aligned bounding box, and half its diagonal. The mesh has at least one vertex.
