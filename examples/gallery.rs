@@ -68,6 +68,10 @@ const JAW_OPEN: usize = 25;
 const PUCKER: usize = 38;
 const SMILE: [usize; 2] = [44, 45];
 
+const WINK: &str = "wink";
+/// What a take without a good neutral is held back by.
+const DOUBTFUL: f64 = 0.3;
+
 fn least(scores: &ShapeScores, shapes: [usize; 2]) -> f64 {
     scores.score(shapes[0]).min(scores.score(shapes[1]))
 }
@@ -77,7 +81,8 @@ const MOMENTS: [Moment; 7] = [
     ("smile", |s| least(s, SMILE) - 0.3 * s.score(JAW_OPEN)),
     ("brows up", |s| s.score(BROW_INNER_UP) + least(s, BROW_OUTER_UP)),
     ("blink", |s| least(s, BLINK)),
-    ("wink", |s| (s.score(BLINK[0]) - s.score(BLINK[1])).abs()),
+    // No clip shows one: the blink's frame again, its right eye held open.
+    (WINK, |s| least(s, BLINK)),
     ("gaze left", |s| s.score(LOOK_RIGHT_EYE_IN).min(s.score(LOOK_LEFT_EYE_OUT)) - least(s, BLINK)),
     ("pucker", |s| s.score(PUCKER) - 0.5 * s.score(JAW_OPEN)),
 ];
@@ -137,7 +142,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut frame = rig.new_frame();
             for (slot, moment) in drawn.iter_mut().zip(&moments) {
                 if moment.1 == number {
-                    rig.pose(&take.motion.frames[moment.2].expression, &mut frame)?;
+                    let mut expression = take.motion.frames[moment.2].expression.clone();
+                    if moment.0 == WINK {
+                        expression.eyes.right.closure = 0.0;
+                    }
+                    rig.pose(&expression, &mut frame)?;
                     let mut rgba = Vec::new();
                     stage.submit(&frame)?;
                     stage.fetch(&mut rgba)?;
@@ -166,7 +175,8 @@ fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<(&'static str, 
             let Some(landmarks) = &frame.landmarks else { continue };
             let scores = networks.blendshapes.run(landmarks)?;
             for (k, (_, measure)) in MOMENTS.iter().enumerate() {
-                let value = measure(&scores);
+                let doubt = if take.motion.objections.is_empty() { 0.0 } else { DOUBTFUL };
+                let value = measure(&scores) - doubt;
                 if value > best[k] {
                     best[k] = value;
                     chosen[k + 1] = (MOMENTS[k].0, number, index);

@@ -273,6 +273,26 @@ impl EditMesh {
         new_place
     }
 
+    /// For every vertex a number that it shares with all that the surface connects it to.
+    pub fn components(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.mesh.positions.len() as u32).collect();
+        fn root(parent: &mut [u32], mut v: u32) -> u32 {
+            while parent[v as usize] != v {
+                parent[v as usize] = parent[parent[v as usize] as usize];
+                v = parent[v as usize];
+            }
+            v
+        }
+        for corners in &self.mesh.triangles {
+            let [a, b, c] = corners.map(|v| root(&mut parent, self.place(v)));
+            let least = a.min(b).min(c);
+            for v in [a, b, c] {
+                parent[v as usize] = least;
+            }
+        }
+        (0..parent.len() as u32).map(|v| root(&mut parent, self.place(v))).collect()
+    }
+
     /// Some triangles, sorted into those that hang together at edges.
     pub fn pieces(&self, triangles: &[u32]) -> Vec<Vec<u32>> {
         let edges = self.edges(triangles);

@@ -1,6 +1,6 @@
 //! Cutting the painted eye out of the skin around it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point2, Point3};
 
@@ -96,15 +96,7 @@ pub fn open(
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
     let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest);
-    // Lashes and the like are pieces of their own that reach across the rim: they are not cut.
-    let pieces = edit.pieces(&patch);
-    let within = |t: &u32| edit.corners(*t).iter().all(|&c| outline.inside(&edit.at(c).xy()) > 0.0);
-    let skin = pieces.iter().map(Vec::len).max().unwrap_or(0);
-    let strays: BTreeSet<u32> = pieces
-        .into_iter()
-        .filter(|piece| piece.len() < skin && !piece.iter().all(within))
-        .flatten()
-        .collect();
+    let strays = strays(edit, &patch, &outline);
     let is_inside = |triangle: u32| {
         if strays.contains(&triangle) {
             return false;
@@ -138,6 +130,21 @@ pub fn open(
         rim: shared.into_iter().collect(),
         painted: painted.into_iter().collect(),
     })
+}
+
+/// Lashes and the like: pieces of their own that reach across the rim. They are not cut.
+fn strays(edit: &EditMesh, patch: &[u32], outline: &Outline) -> BTreeSet<u32> {
+    let component = edit.components();
+    let mut pieces: BTreeMap<u32, (Vec<u32>, bool)> = BTreeMap::new();
+    for &triangle in patch {
+        let corners = edit.corners(triangle);
+        let within = corners.iter().all(|&c| outline.inside(&edit.at(c).xy()) > 0.0);
+        let piece = pieces.entry(component[corners[0] as usize]).or_insert((Vec::new(), true));
+        piece.0.push(triangle);
+        piece.1 &= within;
+    }
+    let skin = pieces.values().map(|piece| piece.0.len()).max().unwrap_or(0);
+    pieces.into_values().filter(|(piece, within)| piece.len() < skin && !within).flat_map(|p| p.0).collect()
 }
 
 /// The smooth rim through both lids, moved outwards, but not at the corners.

@@ -28,6 +28,8 @@ const OVERLAP: f64 = 0.008;
 const REACH: f64 = 0.30;
 /// The upper one reaches this share of the straight way to the brow's lower edge.
 const TO_BROW: f64 = 1.0;
+/// So far beyond the opening, in radians, skin that comes down no longer lies on the ball.
+const BEYOND_OPENING: f64 = 0.4;
 /// Rounds in which a place takes over the mean of its neighbours: ways along edges zigzag.
 const SMOOTHING: usize = 12;
 /// Skin farther from the axis than this is no lid, radii of the ball.
@@ -256,7 +258,8 @@ impl Following {
         }
         let fixed: BTreeSet<u32> = upper.iter().chain(lower).copied().collect();
         smooth_over(edit, &patch, &fixed, &mut away);
-        let follow = |(is_upper, share): (bool, f64)| (is_upper, 1.0 - smooth(share.clamp(0.0, 1.0)));
+        // Quickly less and less: skin from under the brow would stand before the ball like a pouch.
+        let follow = |(is_upper, share): (bool, f64)| (is_upper, (1.0 - share.clamp(0.0, 1.0)).powi(2));
         Self(away.into_iter().map(|(place, found)| (place, follow(found))).collect())
     }
 }
@@ -301,17 +304,19 @@ fn moved(
     let shut = closure.max(0.0) * follow;
     let overlap = if is_upper { -OVERLAP * width / meeting.distance * shut * tapered(section) } else { 0.0 };
     let over = if is_upper { 0.5 * OVERLAP * width * shut } else { 0.0 };
-    // A lid that has come down lies on the ball, however deep or proud the skin was that it is made of.
-    let distance = p.distance + shut * section.over_ball * (meeting.distance - p.distance) + over;
-    // Skin that moves over the ball keeps off it.
+    // Away from the rim the lid's sides fade out, or its corners would stand out like a box's.
+    let side = section.over_ball + (1.0 - section.over_ball) * follow.powi(6);
+    let angle = p.angle + closure * follow * way * side + overlap;
+    // Skin that has come down over the opening lies on the ball, however deep or proud it was; above it, skin stays as
+    // far out as it was.
+    let beyond = if is_upper { angle - section.upper.angle } else { section.lower.angle - angle };
+    let over_opening = 1.0 - smooth((beyond / BEYOND_OPENING).clamp(0.0, 1.0));
+    let on_ball = section.over_ball * over_opening;
+    let distance = p.distance + shut * on_ball * (meeting.distance - p.distance) + over;
     let off_the_ball = axis.ball(p.along) + THICKNESS * width;
-    let pressed = (4.0 * closure.abs() * follow).min(1.0) * section.over_ball;
+    let pressed = (4.0 * closure.abs() * follow).min(1.0) * on_ball;
     let least = p.distance + (off_the_ball - p.distance).max(0.0) * pressed;
-    Polar {
-        along: p.along,
-        angle: p.angle + closure * follow * way + overlap,
-        distance: distance.max(least),
-    }
+    Polar { along: p.along, angle, distance: distance.max(least) }
 }
 
 /// Less overlap where the lids meet anyway.
