@@ -175,7 +175,8 @@ fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<(&'static str, 
             let Some(landmarks) = &frame.landmarks else { continue };
             let scores = networks.blendshapes.run(landmarks)?;
             for (k, (_, measure)) in MOMENTS.iter().enumerate() {
-                let doubt = if take.motion.objections.is_empty() { 0.0 } else { DOUBTFUL };
+                let is_sure = take.motion.objections.is_empty() || MOMENTS[k].0.starts_with("gaze");
+                let doubt = if is_sure { 0.0 } else { DOUBTFUL };
                 let value = measure(&scores) - doubt;
                 if value > best[k] {
                     best[k] = value;

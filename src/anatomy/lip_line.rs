@@ -82,6 +82,14 @@ impl LipLine {
         Some(line)
     }
 
+    /// The same line, ending at other along-coordinates: both its ends and its inner corners.
+    pub fn shortened(&mut self, ends: [f64; 2]) {
+        let places: Vec<f64> = (0..COLUMNS).map(|i| self.height(column(ends, i))).collect();
+        self.heights = places;
+        self.ends = ends;
+        self.corners = [self.corners[0].max(ends[0]), self.corners[1].min(ends[1])];
+    }
+
     /// Along-coordinate of a place, millimetres from the middle between the inner corners, to the subject's left.
     pub fn along(&self, point: &Point3<f64>) -> f64 {
         (point.xy() - self.origin).dot(&self.along)

@@ -26,6 +26,9 @@ use crate::{
 /// Gloss of the added parts.
 const WET_EYE: f32 = 1.0;
 const WET_MOUTH: f32 = 0.35;
+const DULL_CAVITY: f32 = 0.05;
+/// What lies behind skin stays at least this far behind it, mouth widths.
+const TUCKED: f64 = 0.03;
 /// Where a scan's own cavity is looked for: around the mouth's middle and behind the lips, mouth widths.
 const BAG_REACH: f64 = 0.9;
 const BAG_START: f64 = 0.08;
@@ -281,7 +284,8 @@ impl<'a> Preparation<'a> {
             mesh.positions[vertex as usize] = frame.leave(&place);
         }
         if let Some(flesh) = self.parts.iter().find(|part| part.0 == PartKind::Tongue) {
-            paint_bag(&mut mesh, &self.bag, &flesh.2);
+            let flesh = Material { gloss: DULL_CAVITY, ..flesh.2.clone() };
+            paint_bag(&mut mesh, &self.bag, &flesh);
         }
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
         let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
@@ -307,8 +311,8 @@ impl<'a> Preparation<'a> {
         let luma: Option<&dyn Fn(f64, f64) -> f64> = view.is_some().then_some(&luma);
         let depth = |x: f64, y: f64| self.depth(x, y);
         let line = LipLine::find(&self.landmarks, self.frame.mouth, luma, &depth);
-        let opened = line.ok_or(LipFault::OffSurface).and_then(|line| {
-            let lips = lips::open(&mut self.edit, &line, &self.landmarks, self.frame.mouth)?;
+        let opened = line.ok_or(LipFault::OffSurface).and_then(|mut line| {
+            let lips = lips::open(&mut self.edit, &mut line, &self.landmarks, self.frame.mouth)?;
             Ok((line, lips))
         });
         match opened {
@@ -344,11 +348,11 @@ impl<'a> Preparation<'a> {
             }
         };
         let picture = Arc::new(encoded("mouth", &super::atlas::paint()));
-        let material = |name: &str| Material {
-            name: name.to_owned(),
+        let material = |kind: PartKind| Material {
+            name: kind.name().to_owned(),
             base_colour: [1.0; 4],
             texture: Some(Arc::clone(&picture)),
-            gloss: WET_MOUTH,
+            gloss: if kind == PartKind::Cavity { DULL_CAVITY } else { WET_MOUTH },
         };
         let bag = if matches!(lips, Lips::Open) { self.own_bag(line, &upper) } else { Vec::new() };
         let (mut ring, mut hanging) = (Vec::new(), Vec::new());
@@ -357,14 +361,16 @@ impl<'a> Preparation<'a> {
             for point in &mut ring {
                 point.place = self.frame.leave(&point.place);
             }
-            self.parts.push((PartKind::Cavity, interior.cavity, material(PartKind::Cavity.name())));
+            let cavity = self.tucked(interior.cavity);
+            self.parts.push((PartKind::Cavity, cavity, material(PartKind::Cavity)));
         }
         for (kind, part) in [
             (PartKind::UpperTeeth, interior.upper_teeth),
             (PartKind::LowerTeeth, interior.lower_teeth),
             (PartKind::Tongue, interior.tongue),
         ] {
-            self.parts.push((kind, part, material(kind.name())));
+            let part = self.tucked(part);
+            self.parts.push((kind, part, material(kind)));
         }
         self.bag = bag;
         let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
@@ -414,6 +420,16 @@ impl<'a> Preparation<'a> {
             std::iter::once(ends[0]).chain((1..last).map(own)).chain([ends[1]]).collect()
         };
         [rim(false), rim(true)]
+    }
+
+    /// A part of the mouth, drawn back where it would stand out of a thin lip or chin.
+    fn tucked(&self, mut part: PartMesh) -> PartMesh {
+        for p in &mut part.positions {
+            if let Some(skin) = self.depth(p.x, p.y) {
+                p.z = p.z.min((skin - TUCKED * self.frame.mouth).max(p.z - 0.3 * self.frame.mouth));
+            }
+        }
+        part
     }
 
     /// A smooth curve along the line, as deep as a rim, a little behind the lips.
