@@ -11,10 +11,10 @@ use super::{
 };
 
 /// Length of edges at the rim, eye widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.035;
-const EDGE_GROWTH: f64 = 0.3;
+const EDGE: f64 = 0.075;
+const EDGE_GROWTH: f64 = 0.9;
 /// How far around the rim the mesh is refined, eye widths.
-const AROUND: f64 = 0.5;
+const AROUND: f64 = 0.35;
 /// The cut runs this far outside the network's rim, eye widths: the network sees where white ends, not where skin does.
 const DILATION: f64 = 0.02;
 /// Surface farther behind the corners than this is the inside of the head, eye widths.

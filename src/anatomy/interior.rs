@@ -11,7 +11,9 @@ use super::{lip_line::LipLine, part::PartMesh};
 /// Depth of the cavity.
 const DEPTH: f64 = 0.95;
 /// Its rows, from the rim (0) to the throat (1).
-const CAVITY_ROWS: [f64; 9] = [0.0, 0.04, 0.1, 0.18, 0.3, 0.45, 0.62, 0.8, 1.0];
+const CAVITY_ROWS: [f64; 7] = [0.0, 0.05, 0.13, 0.26, 0.45, 0.7, 1.0];
+/// Points of each rim from which it hangs.
+const RING: usize = 29;
 /// Half its height and how much wider than the rim it gets.
 const CAVITY_HEIGHT: f64 = 0.30;
 const CAVITY_WIDENING: f64 = 0.25;
@@ -85,8 +87,9 @@ impl Interior {
     /// millimetres, all in the axes of the face.
     pub fn new(line: &LipLine, upper: &[Point3<f64>], lower: &[Point3<f64>], mouth: f64) -> Self {
         let arch = Arch::new(line, upper, mouth);
-        let ring = ring(upper, lower);
-        let (cavity, hanging) = cavity(&ring, upper.len(), mouth);
+        let (above, below) = (evenly(upper), evenly(lower));
+        let ring = ring(&above, &below);
+        let (cavity, hanging) = cavity(&ring, above.len(), mouth);
         Self {
             cavity,
             ring,
@@ -96,6 +99,24 @@ impl Interior {
             tongue: tongue(&arch),
         }
     }
+}
+
+/// A few points along a rim: the cavity needs fewer than the skin.
+fn evenly(rim: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let mut lengths = vec![0.0];
+    for pair in rim.windows(2) {
+        lengths.push(lengths[lengths.len() - 1] + (pair[1] - pair[0]).norm());
+    }
+    let total = lengths[lengths.len() - 1];
+    (0..RING)
+        .map(|i| {
+            let wanted = total * i as f64 / (RING - 1) as f64;
+            let right = lengths.partition_point(|l| *l < wanted).clamp(1, rim.len() - 1);
+            let (a, b) = (lengths[right - 1], lengths[right]);
+            let t = if b > a { (wanted - a) / (b - a) } else { 0.0 };
+            rim[right - 1] + (rim[right] - rim[right - 1]) * t
+        })
+        .collect()
 }
 
 /// Round the rims: above from the subject's right to the left, back below, and closed.

@@ -12,10 +12,10 @@ use super::{
 };
 
 /// Length of edges at the line, mouth widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.03;
-const EDGE_GROWTH: f64 = 0.35;
+const EDGE: f64 = 0.045;
+const EDGE_GROWTH: f64 = 1.0;
 /// How far around the line the mesh is refined, mouth widths.
-const AROUND: f64 = 0.35;
+const AROUND: f64 = 0.25;
 /// Surface farther behind the lips than this is the back of the head or the throat, mouth widths.
 const BEHIND: f64 = 0.5;
 /// The way over the skin from lip to lip is longer than this, in straight distances, where a mouth is open already.
