@@ -1,5 +1,6 @@
 //! Cutting the painted eye out of the skin around it.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point2, Point3};
@@ -38,7 +39,7 @@ pub struct EyeHole {
 }
 
 /// Why an eye could not be cut out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum EyeFault {
     /// Landmarks are missing.
     #[error("its landmarks were not found on the surface")]
@@ -122,8 +123,7 @@ pub fn open(
         return Err(EyeFault::OffSurface);
     }
     edit.detach(&cut_out, &shared);
-    let painted: BTreeSet<u32> =
-        cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
+    let painted: BTreeSet<u32> = cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
     Ok(EyeHole {
         outline,
         corners: [outer, inner],
@@ -152,7 +152,8 @@ fn dilated(upper: &[Point2<f64>], lower: &[Point2<f64>], width: f64) -> Outline 
     let mut curve = smooth_curve(upper, STEPS);
     let below = smooth_curve(lower, STEPS);
     curve.extend(below[1..below.len() - 1].iter().rev());
-    let middle = Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
+    let middle =
+        Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
     let (outer, inner) = (upper[0], upper[upper.len() - 1]);
     let axis = (inner - outer) / (inner - outer).norm_squared();
     let count = curve.len();

@@ -2,6 +2,7 @@
 //!
 //! All sizes are shares of the mouth's width. Simple shapes, since little light gets there.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
@@ -46,7 +47,7 @@ pub(super) const TONGUE_BAND: [f64; 2] = [0.75, 1.0];
 pub(super) const DEEP: [f32; 2] = [0.5, 0.90];
 
 /// A vertex of the cavity hangs on the lips and on the bone above or below.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hanging {
     /// Which of the ring's points it moves with.
     pub ring: usize,
@@ -57,7 +58,7 @@ pub struct Hanging {
 }
 
 /// A point of the ring around the opening from which the cavity hangs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RingPoint {
     /// Where it rests.
     pub place: Point3<f64>,
@@ -274,7 +275,8 @@ fn teeth(
     columns.push((1.0, 1.0, 5));
     let places = arch.evenly(ARCH * mouth * narrow, &columns.iter().map(|c| c.0).collect::<Vec<_>>());
     // Rows: gum, neck, belly, towards the edge, edge, and up again behind it.
-    let rows = [(0.0, 0.0), (0.5, 0.35), (1.0, 0.6), (1.25, 0.9), (1.5, 1.0), (1.75, 0.85), (1.93, 0.5), (2.0, 0.1)];
+    let rows =
+        [(0.0, 0.0), (0.5, 0.35), (1.0, 0.6), (1.25, 0.9), (1.5, 1.0), (1.75, 0.85), (1.93, 0.5), (2.0, 0.1)];
     let behind = [(1.97, -0.25), (1.7, -0.7), (1.0, -1.0)];
     let mut grid = Vec::new();
     for (row, &(down, bulge)) in rows.iter().chain(&behind).enumerate() {
@@ -288,10 +290,12 @@ fn teeth(
                 let edge = edge + (neck - edge) * (short + corner);
                 let scallop = 0.12 * (neck - edge) * in_tooth * in_tooth;
                 let neck = neck - scallop;
-                let y = if down < 1.0 { gum + (neck - gum) * down } else { neck + (edge - neck) * (down - 1.0) };
+                let y =
+                    if down < 1.0 { gum + (neck - gum) * down } else { neck + (edge - neck) * (down - 1.0) };
                 let round = 1.0 - in_tooth.powi(4);
                 let tooth_side = if row < 2 { 0.6 } else { 0.55 + 0.45 * round };
-                let out = if bulge >= 0.0 { 0.045 * mouth * bulge * tooth_side } else { THICKNESS * mouth * bulge };
+                let out =
+                    if bulge >= 0.0 { 0.045 * mouth * bulge * tooth_side } else { THICKNESS * mouth * bulge };
                 let p = arch.at(x, y, -(BEHIND_LIPS + back) * mouth) + arch.outwards(x) * out;
                 let t = (row as f64 / (rows.len() + behind.len() - 1) as f64).min(1.0);
                 (p, texture_place(band, share, t))

@@ -1,5 +1,6 @@
 //! Opening the lips: refine, embed the lip line, find the way along it, cut.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 use nalgebra::{Point3, Vector3};
@@ -43,7 +44,7 @@ pub enum Lips {
 }
 
 /// Why the lips could not be opened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum LipFault {
     /// The line leaves the surface.
     #[error("the lip line leaves the surface")]
@@ -147,13 +148,7 @@ fn separate(edit: &mut EditMesh, patch: &[u32], line: &LipLine, mouth: f64) {
 }
 
 /// How far a sheet of surface rises, on average, as it leaves a place: an overhanging lip first leads downwards.
-fn rise(
-    edit: &EditMesh,
-    sheet: &[u32],
-    place: u32,
-    mouth: f64,
-    neighbours: &dyn Fn(u32) -> Vec<u32>,
-) -> f64 {
+fn rise(edit: &EditMesh, sheet: &[u32], place: u32, mouth: f64, neighbours: &dyn Fn(u32) -> Vec<u32>) -> f64 {
     let start = *edit.at(place);
     let middle = |triangle: u32| {
         Point3::from(edit.corners(triangle).map(|c| edit.at(c).coords).iter().sum::<Vector3<f64>>() / 3.0)
@@ -218,9 +213,7 @@ fn opening(edit: &EditMesh, patch: &[u32], line: &LipLine, front: f64, mouth: f6
     let open: Vec<f64> =
         (0..=STEPS).map(|i| line.ends[0] + step * i as f64).filter(|&along| parts(along)).collect();
     let (first, last) = (*open.first()?, *open.last()?);
-    (last - first > 0.3 * mouth).then(|| {
-        [(first - step).max(line.ends[0]), (last + step).min(line.ends[1])]
-    })
+    (last - first > 0.3 * mouth).then(|| [(first - step).max(line.ends[0]), (last + step).min(line.ends[1])])
 }
 
 fn open_fused(

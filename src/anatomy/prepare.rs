@@ -1,5 +1,6 @@
 //! The whole of it: a scan and its landmarks in, an [`Anatomy`] out.
 
+use serde::{Deserialize, Serialize};
 use std::{fmt, ops::Range, sync::Arc};
 
 use image::RgbImage;
@@ -41,7 +42,7 @@ const FEWEST_BAG: usize = 60;
 const MOST_ENDS: usize = 6;
 
 /// What a part is, and so how it moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PartKind {
     /// The scan, cut open.
     Skin,
@@ -73,7 +74,7 @@ impl PartKind {
 }
 
 /// A stretch of the mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// What it is.
     pub kind: PartKind,
@@ -84,7 +85,7 @@ pub struct Part {
 }
 
 /// A place on the line between the lips that drives both rims.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RimNode {
     /// Stations of the network's inner lips: 0 is the right inner corner, 1..=9 the pairs, 10 the left corner. The node
     /// lies at `share` of the way from this one to the next.
@@ -96,7 +97,7 @@ pub struct RimNode {
 }
 
 /// The lips and what they need to move.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Mouth {
     /// Whether the program cut them; otherwise the scan's mouth was open.
     pub is_cut: bool,
@@ -116,7 +117,7 @@ pub struct Mouth {
 }
 
 /// An eye that can look and close.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Eye {
     /// Scan frame, millimetres.
     pub centre: Point3<f64>,
@@ -127,7 +128,7 @@ pub struct Eye {
 }
 
 /// What could not be made, and why.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Omission {
     /// Eyes or mouth are not known at all.
     NoFace,
@@ -140,8 +141,12 @@ pub enum Omission {
 impl fmt::Display for Omission {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoFace => formatter.write_str("no mouth and no eyes: their corners are not among the landmarks"),
-            Self::Lips(fault) => write!(formatter, "the lips stay closed, without a mouth behind them: {fault}"),
+            Self::NoFace => {
+                formatter.write_str("no mouth and no eyes: their corners are not among the landmarks")
+            }
+            Self::Lips(fault) => {
+                write!(formatter, "the lips stay closed, without a mouth behind them: {fault}")
+            }
             Self::Eye(side, fault) => {
                 let side = if *side == Side::Right { "right" } else { "left" };
                 write!(formatter, "the {side} eye stays as it was scanned: {fault}")
@@ -151,7 +156,7 @@ impl fmt::Display for Omission {
 }
 
 /// A scan that can perform. Scan frame, millimetres.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Anatomy {
     /// The scan's vertices in their order, then those of the cuts, then those of the parts.
     pub mesh: Mesh,
@@ -250,7 +255,17 @@ impl<'a> Preparation<'a> {
         }
         let landmarks = landmarks.iter().map(|p| p.map(|p| frame.enter(&p))).collect();
         let (omissions, parts) = (Vec::new(), Vec::new());
-        Self { scan, surface, view, frame, landmarks, edit: EditMesh::new(mesh), omissions, parts, bag: Vec::new() }
+        Self {
+            scan,
+            surface,
+            view,
+            frame,
+            landmarks,
+            edit: EditMesh::new(mesh),
+            omissions,
+            parts,
+            bag: Vec::new(),
+        }
     }
 
     fn finish(mut self) -> Anatomy {
@@ -388,9 +403,8 @@ impl<'a> Preparation<'a> {
         let positions = &self.edit.mesh().positions;
         let nearest = |target: Point3<f64>, allowed: &dyn Fn(usize) -> bool| -> u32 {
             let far = |v: usize| (positions[v] - target).norm_squared();
-            let best = (0..positions.len())
-                .filter(|&v| allowed(v))
-                .min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            let best =
+                (0..positions.len()).filter(|&v| allowed(v)).min_by(|&a, &b| far(a).total_cmp(&far(b)));
             best.map_or(0, |v| self.edit.place(v as u32))
         };
         let place = |k: usize| {
@@ -471,7 +485,11 @@ impl<'a> Preparation<'a> {
             };
             piece.iter().any(behind)
         };
-        tracing::info!("{} of {} triangles behind the lips are hidden", bag.len(), self.edit.mesh().triangles.len());
+        tracing::info!(
+            "{} of {} triangles behind the lips are hidden",
+            bag.len(),
+            self.edit.mesh().triangles.len()
+        );
         let pieces = self.edit.pieces(&bag).into_iter().filter(near_lips);
         let largest = pieces.max_by_key(Vec::len).unwrap_or_default();
         // A few hidden triangles are a fold, not a mouth; one that ends in an edge is the lips' lining.
@@ -505,8 +523,7 @@ impl<'a> Preparation<'a> {
             for &share in shares {
                 let along = stations[station] + (stations[station + 1] - stations[station]) * share;
                 let rest = self.frame.leave(&rim_place(line, rim, along));
-                let repeated =
-                    nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.15);
+                let repeated = nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.15);
                 if (station, share) != (0, 0.0) && !repeated {
                     nodes.push(RimNode { station, share, rest: [rest; 2] });
                 }
@@ -515,11 +532,7 @@ impl<'a> Preparation<'a> {
         nodes
     }
 
-    fn open_eye(
-        &mut self,
-        side: Side,
-        moved_back: &mut Vec<(u32, Point3<f64>)>,
-    ) -> Result<Eye, EyeFault> {
+    fn open_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Result<Eye, EyeFault> {
         let eye = eye_landmarks(side);
         let before = self.edit.clone();
         let hole = eye_hole::open(&mut self.edit, &self.landmarks, eye)?;
@@ -546,11 +559,7 @@ impl<'a> Preparation<'a> {
 fn open_nodes(frame: &FaceFrame, upper: &[Point3<f64>], lower: &[Point3<f64>]) -> Vec<RimNode> {
     let pairs = upper.iter().zip(lower).enumerate().skip(1).take(UPPER_INNER.len());
     pairs
-        .map(|(station, (u, l))| RimNode {
-            station,
-            share: 0.0,
-            rest: [frame.leave(u), frame.leave(l)],
-        })
+        .map(|(station, (u, l))| RimNode { station, share: 0.0, rest: [frame.leave(u), frame.leave(l)] })
         .collect()
 }
 
@@ -590,7 +599,12 @@ fn paint_bag(mesh: &mut Mesh, bag: &[u32], flesh: &Material) {
 /// Gives every triangle a material and texture coordinates.
 fn complete(mesh: &mut Mesh) {
     if mesh.materials.is_empty() {
-        mesh.materials.push(Material { name: "skin".into(), base_colour: [1.0; 4], texture: None, gloss: 0.0 });
+        mesh.materials.push(Material {
+            name: "skin".into(),
+            base_colour: [1.0; 4],
+            texture: None,
+            gloss: 0.0,
+        });
     }
     if mesh.triangle_materials.is_empty() {
         mesh.triangle_materials = vec![0; mesh.triangles.len()];

@@ -50,7 +50,8 @@ impl SkinWarp {
     pub fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Result<Self, RigError> {
         let points = Points::of(anatomy);
         let spline = two_sided(target, controls, anatomy, &points)?;
-        let bone = anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
+        let bone =
+            anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
         let jaw = bone.is_some().then_some(controls.rest.len());
         let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
         let lids = [0, 1].map(|eye| {
@@ -85,7 +86,9 @@ impl SkinWarp {
             controls: controls.rest.len(),
             jaw,
             lids,
-            jaw_shares: bone.as_ref().map_or_else(|| vec![0.0; controls.rest.len()], |b| b.at_controls.clone()),
+            jaw_shares: bone
+                .as_ref()
+                .map_or_else(|| vec![0.0; controls.rest.len()], |b| b.at_controls.clone()),
             pivot: anatomy.jaw.map_or_else(Point3::origin, |jaw| jaw.pivot),
         })
     }
@@ -160,7 +163,8 @@ fn two_sided(
     let options = options(target);
     let fault = |source| RigError::Spline { what: "the target's control points", source };
     if anatomy.mouth.is_none() {
-        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options).map_err(fault);
+        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options)
+            .map_err(fault);
     }
     let mut shares: Vec<Vec<(usize, f32)>> = vec![Vec::new(); controls.rest.len()];
     for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
