@@ -1,7 +1,7 @@
 //! The whole of it: a scan and its landmarks in, an [`Anatomy`] out.
 
 use serde::{Deserialize, Serialize};
-use std::{fmt, ops::Range, sync::Arc};
+use std::{collections::BTreeSet, fmt, ops::Range, sync::Arc};
 
 use image::RgbImage;
 use nalgebra::{Point3, Vector3};
@@ -30,6 +30,8 @@ const WET_MOUTH: f32 = 0.35;
 const DULL_CAVITY: f32 = 0.05;
 /// What lies behind skin stays at least this far behind it, mouth widths.
 const TUCKED: f64 = 0.03;
+/// Nodes of the lips' rims nearer to each other than this are one, millimetres.
+const CLOSEST_NODES: f64 = 0.15;
 /// Where a scan's own cavity is looked for: around the mouth's middle and behind the lips, mouth widths.
 const BAG_REACH: f64 = 0.9;
 const BAG_START: f64 = 0.08;
@@ -96,6 +98,19 @@ pub struct RimNode {
     pub rest: [Point3<f64>; 2],
 }
 
+/// A vertex on a rim, which lies between two nodes and goes where they go.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RimVertex {
+    /// Which vertex.
+    pub vertex: u32,
+    /// Whether on the lower lip.
+    pub lower: bool,
+    /// The nodes on either side.
+    pub nodes: [usize; 2],
+    /// 0..=1 of the way from the first to the second.
+    pub share: f64,
+}
+
 /// The lips and what they need to move.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Mouth {
@@ -106,6 +121,9 @@ pub struct Mouth {
     pub rims: [Vec<u32>; 2],
     /// From corner to corner.
     pub nodes: Vec<RimNode>,
+    /// The vertices of both rims between the nodes: two rims whose nodes touch touch everywhere. Empty where the mouth was
+    /// open.
+    pub held: Vec<RimVertex>,
     /// Where the inner corners rest, right and left; `None` where the landmark's own place serves.
     pub corners: [Option<Point3<f64>>; 2],
     /// Upwards across the lips, scan frame.
@@ -393,7 +411,8 @@ impl<'a> Preparation<'a> {
             Lips::Cut(_) => (self.cut_nodes(line, &upper), line.corners.map(|along| Some(on_rim(along)))),
             Lips::Open => (open_nodes(&self.frame, &upper, &lower), [None, None]),
         };
-        Mouth { is_cut: matches!(lips, Lips::Cut(_)), rims, nodes, corners, up, ring, hanging }
+        let held = if matches!(lips, Lips::Cut(_)) { self.held(line, &rims, &nodes) } else { Vec::new() };
+        Mouth { is_cut: matches!(lips, Lips::Cut(_)), rims, nodes, held, corners, up, ring, hanging }
     }
 
     /// The rims of an open mouth at the network's stations: on each lip the vertex nearest to where the landmark should
@@ -513,23 +532,54 @@ impl<'a> Preparation<'a> {
         stations
     }
 
-    /// Two nodes to a stretch between stations, four to those at the corners.
+    /// Two nodes to a stretch between stations, four to those at the corners; and beyond the inner corners two that keep
+    /// the rims together to the ends of the cut.
     fn cut_nodes(&self, line: &LipLine, rim: &[Point3<f64>]) -> Vec<RimNode> {
         let stations = self.stations(line);
-        let mut nodes = Vec::new();
-        for station in 0..stations.len() - 1 {
-            let is_end = station == 0 || station + 2 == stations.len();
+        let last = stations.len() - 1;
+        let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        let beyond =
+            |station: usize, end: f64| [0.0, 0.5].map(|t| (station, 0.0, between(end, stations[station], t)));
+        let mut wanted = beyond(0, line.ends[0]).to_vec();
+        for station in 0..last {
+            let is_end = station == 0 || station + 1 == last;
             let shares: &[f64] = if is_end { &[0.0, 0.25, 0.5, 0.75] } else { &[0.0, 0.5] };
-            for &share in shares {
-                let along = stations[station] + (stations[station + 1] - stations[station]) * share;
-                let rest = self.frame.leave(&rim_place(line, rim, along));
-                let repeated = nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.15);
-                if (station, share) != (0, 0.0) && !repeated {
-                    nodes.push(RimNode { station, share, rest: [rest; 2] });
-                }
+            let stretch = shares
+                .iter()
+                .map(|&share| (station, share, between(stations[station], stations[station + 1], share)));
+            // The corner itself is a landmark's control.
+            wanted.extend(stretch.skip(usize::from(station == 0)));
+        }
+        wanted.extend(beyond(last, line.ends[1]).into_iter().rev());
+        let mut nodes: Vec<RimNode> = Vec::new();
+        for (station, share, along) in wanted {
+            let rest = self.frame.leave(&rim_place(line, rim, along));
+            if nodes.last().is_none_or(|last| (last.rest[0] - rest).norm() >= CLOSEST_NODES) {
+                nodes.push(RimNode { station, share, rest: [rest; 2] });
             }
         }
         nodes
+    }
+
+    /// Between which nodes every vertex of the rims lies.
+    fn held(&self, line: &LipLine, rims: &[Vec<u32>; 2], nodes: &[RimNode]) -> Vec<RimVertex> {
+        let places: Vec<f64> =
+            nodes.iter().map(|node| line.along(&self.frame.enter(&node.rest[0]))).collect();
+        let lips: [BTreeSet<u32>; 2] = [0, 1].map(|lip| rims[lip].iter().copied().collect());
+        let vertices = 0..self.edit.mesh().positions.len() as u32;
+        let held = vertices.filter_map(|vertex| {
+            let place = self.edit.place(vertex);
+            let lower = !lips[0].contains(&place);
+            if lower && !lips[1].contains(&place) {
+                return None;
+            }
+            let along = line.along(self.edit.at(vertex));
+            let right = places.partition_point(|p| *p < along).clamp(1, places.len() - 1);
+            let (a, b) = (places[right - 1], places[right]);
+            let share = if b > a { ((along - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+            Some(RimVertex { vertex, lower, nodes: [right - 1, right], share })
+        });
+        if places.len() < 2 { Vec::new() } else { held.collect() }
     }
 
     fn open_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Result<Eye, EyeFault> {

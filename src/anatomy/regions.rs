@@ -1,11 +1,9 @@
 //! Which of the network's landmarks bound the mouth and the eyes. Right and left are the subject's.
 
+pub use crate::tracking::index::{LOWER_INNER, UPPER_INNER};
+
 use crate::lift::Side;
 
-/// Inner rim of the upper lip between the corners, from the subject's right to the left.
-pub const UPPER_INNER: [usize; 9] = [191, 80, 81, 82, 13, 312, 311, 310, 415];
-/// Inner rim of the lower lip; each stands below its partner in [`UPPER_INNER`].
-pub const LOWER_INNER: [usize; 9] = [95, 88, 178, 87, 14, 317, 402, 318, 324];
 /// Inner corners of the mouth, right and left.
 pub const INNER_CORNERS: [usize; 2] = [78, 308];
 /// Outer corners of the mouth, right and left.

@@ -61,6 +61,7 @@ impl SkinWarp {
         });
         let skin = anatomy.skin_vertices();
         let mut moved = vec![0.0_f32; points.places.len()];
+        let held = HeldVertex::all(anatomy, controls);
         let warp = Warp::from_columns(anatomy.soft_vertices(), columns, |j, column| {
             moved.fill(0.0);
             let rigid = jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|first| j - first);
@@ -76,6 +77,9 @@ impl SkinWarp {
                         moved[vertex as usize] = displacement[axis] as f32;
                     }
                 }
+            }
+            for rim in &held {
+                moved[rim.vertex] = rim.value(j, rigid, &controls.rest, &bone);
             }
             column[..skin].copy_from_slice(&moved[..skin]);
             hang(anatomy, rigid, &moved[skin..], &mut column[skin..]);
@@ -149,6 +153,44 @@ impl Points {
             places: skin.iter().copied().chain(ring.iter().map(|point| point.place)).collect(),
             sides: anatomy.lower_side.iter().copied().chain(ring.iter().map(|point| point.side)).collect(),
         }
+    }
+}
+
+/// A vertex on a rim: it goes exactly where the controls on either side of it go.
+struct HeldVertex {
+    vertex: usize,
+    controls: [usize; 2],
+    shares: [f64; 2],
+}
+
+impl HeldVertex {
+    fn all(anatomy: &Anatomy, controls: &Controls) -> Vec<Self> {
+        let Some(mouth) = &anatomy.mouth else { return Vec::new() };
+        let held = mouth.held.iter().filter_map(|rim| {
+            let control = |node: usize| {
+                let driver = Driver::Rim { node, lower: rim.lower };
+                controls.drivers.iter().position(|d| *d == driver)
+            };
+            Some(Self {
+                vertex: rim.vertex as usize,
+                controls: [control(rim.nodes[0])?, control(rim.nodes[1])?],
+                shares: [1.0 - rim.share, rim.share],
+            })
+        });
+        held.collect()
+    }
+
+    /// Its entry in column `j`, which is the jaw's column `rigid` or a control's or a lid's.
+    fn value(&self, j: usize, rigid: Option<usize>, rest: &[Point3<f64>], bone: &Option<JawShares>) -> f32 {
+        let pairs = self.controls.iter().zip(self.shares);
+        let sum: f64 = match (rigid, bone) {
+            (Some(which), Some(bone)) => {
+                let rigid = |c: usize| bone.at_controls[c] * rigid_column(which, &rest[c], &bone.pivot);
+                pairs.map(|(&control, share)| share * rigid(control)).sum()
+            }
+            _ => pairs.filter(|(control, _)| **control == j).map(|(_, share)| share).sum(),
+        };
+        sum as f32
     }
 }
 
