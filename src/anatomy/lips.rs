@@ -229,7 +229,7 @@ fn open_fused(
             return Some(0.3 * length);
         }
         let off = line.above(p).abs().max(line.above(q).abs()) / fine;
-        (p.z.min(q.z) > nearest).then(|| length * (1.0 + 4.0 * off * off))
+        (p.z.min(q.z) > nearest).then_some(length * (1.0 + 4.0 * off * off))
     };
     let (path, _) = edit.cheapest_path(patch, start, stop, price).ok_or(LipFault::Broken)?;
     let followed = path.iter().filter(|place| on.contains(place)).count();
