@@ -173,11 +173,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// For the neutral and every expression: its name, the take and the frame that shows it best.
-fn choose(
-    takes: &[Take],
-    networks: &mut Networks,
-) -> Result<Vec<(&'static str, usize, usize)>, Box<dyn Error>> {
+/// An expression's name, the take and the frame that shows it.
+type Shown = (&'static str, usize, usize);
+
+/// The neutral, and where every expression is shown best.
+fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<Shown>, Box<dyn Error>> {
     let neutral = takes[0].motion.frames.iter().position(|f| f.timestamp >= takes[0].motion.neutral.0);
     let mut best = vec![f64::NEG_INFINITY; MOMENTS.len()];
     let mut chosen = vec![("neutral", 0, neutral.unwrap_or(0))];

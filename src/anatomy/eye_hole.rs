@@ -81,22 +81,22 @@ pub fn open(
         eye.upper.iter().chain(&eye.lower).filter_map(|&i| Some(landmarks[i]?.z)).collect();
     depths.sort_by(f64::total_cmp);
     let front = depths[depths.len() / 2];
-    let nearest = front - BEHIND * width;
+    let (nearest, foremost) = (front - BEHIND * width, front + width);
     let margin = AROUND * width;
     let mut patch = edit.patch(
         &Point3::new(low.x - margin, low.y - margin, nearest),
-        &Point3::new(high.x + margin, high.y + margin, front + width),
+        &Point3::new(high.x + margin, high.y + margin, foremost),
     );
     let copy = edit.clone();
     let fine = EDGE * width;
     edit.refine(&mut patch, |p| {
         let away = outline.inside(&p.xy()).abs();
-        if away > margin || p.z < nearest {
+        if away > margin || !(nearest..foremost).contains(&p.z) {
             return f64::INFINITY;
         }
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
-    let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest);
+    let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest && p.z < foremost);
     let strays = strays(edit, &patch, &outline);
     let is_inside = |triangle: u32| {
         if strays.contains(&triangle) {

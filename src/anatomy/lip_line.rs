@@ -176,12 +176,12 @@ fn column(ends: [f64; 2], i: usize) -> f64 {
 fn cheapest_rows(price: impl Fn(usize, usize) -> f64) -> Vec<usize> {
     let mut total: Vec<f64> = (0..ROWS).map(|row| price(0, row)).collect();
     let mut from = vec![[0_usize; ROWS]; COLUMNS];
-    for i in 1..COLUMNS {
+    for (i, from) in from.iter_mut().enumerate().skip(1) {
         let next = (0..ROWS)
             .map(|row| {
                 let step = |before: usize| total[before] + STEP * (before as f64 - row as f64).powi(2);
                 let best = (0..ROWS).min_by(|&a, &b| step(a).total_cmp(&step(b))).unwrap_or(row);
-                from[i][row] = best;
+                from[row] = best;
                 step(best) + price(i, row)
             })
             .collect();

@@ -1,9 +1,9 @@
 //! Opening the lips: refine, embed the lip line, find the way along it, cut.
 
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::Range};
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{
     edit::{EditMesh, triangle_edges},
@@ -74,17 +74,17 @@ pub fn open(
         .collect();
     depths.sort_by(f64::total_cmp);
     let front = *depths.get(depths.len() / 2).ok_or(LipFault::OffSurface)?;
-    let nearest = front - BEHIND * mouth;
+    let depths = front - BEHIND * mouth..front + mouth;
     let reach = AROUND * mouth;
     let ends = line.ends.map(|end| line.place(end));
-    let low = Point3::new(ends[0].x - 2.0 * reach, ends[0].y.min(ends[1].y) - 2.0 * reach, nearest);
-    let high = Point3::new(ends[1].x + 2.0 * reach, ends[0].y.max(ends[1].y) + 2.0 * reach, front + mouth);
+    let low = Point3::new(ends[0].x - 2.0 * reach, ends[0].y.min(ends[1].y) - 2.0 * reach, depths.start);
+    let high = Point3::new(ends[1].x + 2.0 * reach, ends[0].y.max(ends[1].y) + 2.0 * reach, depths.end);
     let mut patch = edit.patch(&low, &high);
     if patch.is_empty() {
         return Err(LipFault::OffSurface);
     }
     separate(edit, &patch, line, mouth);
-    if is_open(edit, &patch, landmarks, nearest)? {
+    if is_open(edit, &patch, landmarks, depths.start)? {
         if let Some(ends) = opening(edit, &patch, line, front, mouth) {
             line.shortened(ends);
         }
@@ -92,7 +92,7 @@ pub fn open(
     }
 
     let copy = edit.clone();
-    let opened = open_fused(edit, &mut patch, line, mouth, nearest);
+    let opened = open_fused(edit, &mut patch, line, mouth, &depths);
     if opened.is_err() {
         *edit = copy;
     }
@@ -221,7 +221,7 @@ fn open_fused(
     patch: &mut Vec<u32>,
     line: &LipLine,
     mouth: f64,
-    nearest: f64,
+    depths: &Range<f64>,
 ) -> Result<Slit, LipFault> {
     let fine = EDGE * mouth;
     let beyond = |p: &Point3<f64>| {
@@ -230,13 +230,13 @@ fn open_fused(
     };
     edit.refine(patch, |p| {
         let away = line.above(p).abs().max(beyond(p));
-        if away > AROUND * mouth || p.z < nearest {
+        if away > AROUND * mouth || !depths.contains(&p.z) {
             return f64::INFINITY;
         }
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
     let level = |p: &Point3<f64>| line.above(p);
-    let on = edit.embed(patch, level, |p| beyond(p) <= 0.0 && p.z > nearest);
+    let on = edit.embed(patch, level, |p| beyond(p) <= 0.0 && depths.contains(&p.z));
     let end = |along: f64| {
         // Of the sheets of a folded lip the foremost one.
         let off = |place: &u32| {
@@ -257,7 +257,7 @@ fn open_fused(
             return Some(0.3 * length);
         }
         let off = line.above(p).abs().max(line.above(q).abs()) / fine;
-        (p.z.min(q.z) > nearest).then(|| length * (1.0 + 4.0 * off * off))
+        (p.z.min(q.z) > depths.start).then_some(length * (1.0 + 4.0 * off * off))
     };
     let (path, _) = edit.cheapest_path(patch, start, stop, price).ok_or(LipFault::Broken)?;
     let followed = path.iter().filter(|place| on.contains(place)).count();

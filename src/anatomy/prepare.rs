@@ -323,7 +323,7 @@ impl<'a> Preparation<'a> {
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
         let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
         for (kind, part, material) in self.parts {
-            parts.push(join(&mut mesh, &frame, kind, part, material));
+            parts.push(join(&mut mesh, &frame, kind, &part, material));
         }
         Anatomy {
             mesh,
@@ -666,7 +666,7 @@ fn complete(mesh: &mut Mesh) {
 }
 
 /// Appends a part to the mesh, which gains what it lacks to hold it.
-fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: PartMesh, material: Material) -> Part {
+fn join(mesh: &mut Mesh, frame: &FaceFrame, kind: PartKind, part: &PartMesh, material: Material) -> Part {
     complete(mesh);
     let (vertex, uv, triangle) = (mesh.positions.len(), mesh.uvs.len(), mesh.triangles.len());
     let number = mesh.materials.len() as u32;

@@ -67,13 +67,6 @@ pub fn cut(
 /// Triangles joined across edges that touch `inner` and are not `along` the path.
 fn sides(mesh: &EditMesh, around: &[u32], inner: &BTreeSet<u32>, along: &BTreeSet<Edge>) -> Vec<Vec<u32>> {
     let mut parent: Vec<usize> = (0..around.len()).collect();
-    fn root(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        i
-    }
     let mut first: BTreeMap<Edge, usize> = BTreeMap::new();
     for (i, &triangle) in around.iter().enumerate() {
         for edge in triangle_edges(mesh.corners(triangle)) {
@@ -93,6 +86,15 @@ fn sides(mesh: &EditMesh, around: &[u32], inner: &BTreeSet<u32>, along: &BTreeSe
         sides.entry(root(&mut parent, i)).or_default().push(triangle);
     }
     sides.into_values().collect()
+}
+
+/// The first of those that are joined with `i`.
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
 }
 
 /// How many edges belong to one triangle alone.

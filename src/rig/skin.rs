@@ -250,8 +250,19 @@ impl JawShares {
         points: &Points,
         jaw: Jaw,
     ) -> Result<Self, RigError> {
-        let known = KnownShares::new(target, controls, anatomy);
-        let (upper, lower) = (known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?);
+        let mut known = KnownShares::new(target, controls, anatomy);
+        let splines = |known: &KnownShares| -> Result<_, RigError> {
+            Ok((known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?))
+        };
+        let (upper, lower) = splines(&known)?;
+        // At the corners the lips are one: there both sides go halfway between what each alone would.
+        for (place, driver) in controls.rest.iter().zip(&controls.drivers) {
+            if matches!(driver, Driver::Landmark(i) if CORNERS.contains(i)) {
+                let share = f64::midpoint(upper.evaluate(place).x, lower.evaluate(place).x).clamp(0.0, 1.0);
+                known.push(*place, share, Lip::Neither);
+            }
+        }
+        let (upper, lower) = splines(&known)?;
         let share = |p: &Point3<f64>, side: f64| {
             let value = |spline: &Spline<3>| spline.evaluate(p).x;
             let mixed = if side <= 0.0 {
