@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    edit::{Distances, EditMesh},
+    distances::Distances,
+    edit::EditMesh,
     eye_hole::EyeHole,
     eyeball::{Eyeball, smooth},
     regions::EyeLandmarks,

@@ -20,7 +20,7 @@ const STRAY: f64 = 0.5;
 /// The price of a step of one row between neighbouring columns.
 const STEP: f64 = 0.02;
 /// What a crease of slope 1 on both sides is worth, in relative luma.
-const CREASE: f64 = 0.25;
+const CREASE: f64 = 0.35;
 /// A line that is not cheaper than its surroundings by this much says nothing: then the landmarks stay as they are.
 const CONTRAST: f64 = 0.05;
 

@@ -90,9 +90,10 @@ impl TargetCache {
         let found = (Sha256::digest(payload).as_slice() == checksum)
             .then(|| postcard::from_bytes(payload).ok())
             .flatten();
-        match &found {
-            Some(_) => tracing::info!("{what} taken from {}", path.display()),
-            None => tracing::warn!("{} is damaged, and is made anew", path.display()),
+        if found.is_some() {
+            tracing::info!("{what} taken from {}", path.display());
+        } else {
+            tracing::warn!("{} is damaged, and is made anew", path.display());
         }
         found
     }
@@ -150,7 +151,8 @@ fn key(own: &Mesh, options: &TargetOptions, adapter: &str) -> Option<String> {
     }
     hash.update(postcard::to_stdvec(&mesh).ok()?);
     let digest = hash.finalize();
-    Some(digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    let (name, _) = digest.split_first_chunk::<16>()?;
+    Some(format!("{:032x}", u128::from_be_bytes(*name)))
 }
 
 #[cfg(test)]
