@@ -137,7 +137,7 @@ impl LipLine {
                 let p = middle + up * shift(row);
                 let z = |offset: f64| depth(p.x + up.x * offset, p.y + up.y * offset);
                 if let (Some(above), Some(here), Some(below)) = (z(arm), z(0.0), z(-arm)) {
-                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-1.0, 1.0);
+                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-2.0, 2.0);
                 }
                 brightness[i][row] = luma.map_or(0.0, |luma| luma(p.x, p.y));
             }
