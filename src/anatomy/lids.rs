@@ -50,6 +50,13 @@ pub struct LidShapes {
     pub aperture: f64,
 }
 
+impl LidShapes {
+    /// Lids that do not move.
+    pub fn none() -> Self {
+        Self { vertices: Vec::new(), shapes: Default::default(), aperture: 0.0 }
+    }
+}
+
 /// How much of each of [`CLOSURES`]' shapes makes up a closure: linear between neighbours, and beyond the ends not at
 /// all.
 pub fn shares(closure: f64) -> [f64; CLOSURES.len()] {

@@ -132,7 +132,10 @@ impl fmt::Display for Omission {
             }
             Self::Eye(side, fault) => {
                 let side = if *side == Side::Right { "right" } else { "left" };
-                write!(formatter, "the {side} eye stays as it was scanned: {fault}")
+                match fault {
+                    EyeFault::Hollow => write!(formatter, "the {side} eye cannot close: {fault}"),
+                    _ => write!(formatter, "the {side} eye stays as it was scanned: {fault}"),
+                }
             }
         }
     }

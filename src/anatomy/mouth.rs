@@ -19,7 +19,7 @@ use crate::scan::Material;
 
 /// Gloss of teeth and tongue, and of the cavity.
 const WET_MOUTH: f32 = 0.35;
-pub(super) const DULL_CAVITY: f32 = 0.05;
+const DULL_CAVITY: f32 = 0.05;
 /// What lies behind skin stays at least this far behind it, mouth widths.
 const TUCKED: f64 = 0.03;
 /// Nodes of the lips' rims nearer to each other than this are one, millimetres.
@@ -32,6 +32,10 @@ const BAG_DEPTH: f64 = 2.6;
 const BEHIND_OPEN: f64 = 0.05;
 /// Fewer hidden triangles than this are a fold.
 const FEWEST_BAG: usize = 60;
+/// Behind lips that have teeth of their own lie more vertices of other pieces than this.
+const FEWEST_TEETH: usize = 60;
+/// Teeth are left out where more than this share of them would stick in the scan's own cavity's walls.
+const MOST_HIDDEN: f64 = 0.2;
 /// A cavity has at most this many edges with nothing beyond.
 const MOST_ENDS: usize = 6;
 
@@ -70,15 +74,20 @@ impl Preparation<'_> {
             let cavity = self.tucked(interior.cavity);
             self.parts.push((PartKind::Cavity, cavity, material(PartKind::Cavity)));
         }
+        let no_room = matches!(lips, Lips::Open)
+            && (self.has_own_teeth(line, &upper) || self.is_narrow(&bag, &interior.upper_teeth));
         for (kind, part) in [
             (PartKind::UpperTeeth, interior.upper_teeth),
             (PartKind::LowerTeeth, interior.lower_teeth),
             (PartKind::Tongue, interior.tongue),
         ] {
-            let part = self.tucked(part);
-            self.parts.push((kind, part, material(kind)));
+            if !no_room {
+                let part = self.tucked(part);
+                self.parts.push((kind, part, material(kind)));
+            }
         }
         self.bag = bag;
+        self.flesh = Some(material(PartKind::Cavity));
         let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
         let (nodes, corners) = match lips {
             Lips::Cut(_) => (self.cut_nodes(line, &upper), line.corners.map(|along| Some(on_rim(along)))),
@@ -149,6 +158,36 @@ impl Preparation<'_> {
                 Point3::new(place.x, place.y, rim_place(line, rim, along).z - BEHIND_OPEN * self.frame.mouth)
             })
             .collect()
+    }
+
+    /// Whether the scan's own cavity leaves no room for teeth: its walls stand before many of them.
+    fn is_narrow(&self, bag: &[u32], teeth: &PartMesh) -> bool {
+        let bag: BTreeSet<u32> = bag.iter().copied().collect();
+        let forward = self.frame.leave_vector(&Vector3::z());
+        let hidden = teeth.positions.iter().filter(|p| {
+            let hit = self.surface.cast(self.frame.leave(p), forward);
+            hit.is_some_and(|hit| bag.contains(&hit.triangle))
+        });
+        hidden.count() as f64 > MOST_HIDDEN * teeth.positions.len() as f64
+    }
+
+    /// Whether pieces of their own lie behind the lips: teeth that somebody has modelled.
+    fn has_own_teeth(&self, line: &LipLine, rim: &[Point3<f64>]) -> bool {
+        let mouth = self.frame.mouth;
+        let component = self.edit.components();
+        let skin = rim.first().and_then(|p| {
+            let far = |v: &usize| (self.edit.at(*v as u32) - p).norm_squared();
+            (0..component.len()).min_by(|a, b| far(a).total_cmp(&far(b))).map(|v| component[v])
+        });
+        let front = rim.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+        let behind = |p: &Point3<f64>| {
+            let (along, depth) = (line.along(p), front - p.z);
+            (line.ends[0]..line.ends[1]).contains(&along)
+                && line.above(p).abs() < 0.35 * mouth
+                && (BAG_START * mouth..mouth).contains(&depth)
+        };
+        let pieces = self.edit.mesh().positions.iter().zip(&component);
+        pieces.filter(|(p, name)| Some(**name) != skin && behind(p)).count() > FEWEST_TEETH
     }
 
     /// Triangles of the scan's own cavity, if it has one: behind the lips and hidden by them.

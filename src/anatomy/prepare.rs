@@ -10,10 +10,10 @@ use super::{
     eye_hole::{self, EyeFault},
     eyeball::Eyeball,
     join::{encoded, join, paint_bag},
-    lids,
+    lids::{self, LidShapes},
     lip_line::LipLine,
     lips::{self, LipFault, Lips},
-    mouth::DULL_CAVITY,
+    outline::Outline,
     part::PartMesh,
     regions::eye_landmarks,
     sides::lower_side,
@@ -45,7 +45,7 @@ impl Anatomy {
 /// A scan while it is being opened.
 pub(super) struct Preparation<'a> {
     scan: &'a Mesh,
-    surface: &'a Surface,
+    pub(super) surface: &'a Surface,
     view: Option<&'a FrontView>,
     pub(super) frame: FaceFrame,
     /// In the face's axes.
@@ -56,6 +56,8 @@ pub(super) struct Preparation<'a> {
     pub(super) parts: Vec<(PartKind, PartMesh, Material)>,
     /// Triangles of the scan's own cavity.
     pub(super) bag: Vec<u32>,
+    /// What it is painted with.
+    pub(super) flesh: Option<Material>,
 }
 
 impl<'a> Preparation<'a> {
@@ -82,19 +84,14 @@ impl<'a> Preparation<'a> {
             omissions,
             parts,
             bag: Vec::new(),
+            flesh: None,
         }
     }
 
     fn finish(mut self) -> Anatomy {
         let lips = self.open_lips();
         let mut moved_back = Vec::new();
-        let eyes = Side::BOTH.map(|side| match self.open_eye(side, &mut moved_back) {
-            Ok(eye) => Some(eye),
-            Err(fault) => {
-                self.omissions.push(Omission::Eye(side, fault));
-                None
-            }
-        });
+        let eyes = Side::BOTH.map(|side| self.open_eye(side, &mut moved_back));
         let (lower_side, mouth) = match &lips {
             Some((line, lips)) => {
                 let sides = lower_side(&self.edit, line, lips, &self.landmarks, self.frame.mouth);
@@ -115,9 +112,8 @@ impl<'a> Preparation<'a> {
         for (vertex, place) in moved_back {
             mesh.positions[vertex as usize] = frame.leave(&place);
         }
-        if let Some(flesh) = self.parts.iter().find(|part| part.0 == PartKind::Tongue) {
-            let flesh = Material { gloss: DULL_CAVITY, ..flesh.2.clone() };
-            paint_bag(&mut mesh, &self.bag, &flesh);
+        if let Some(flesh) = &self.flesh {
+            paint_bag(&mut mesh, &self.bag, flesh);
         }
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
         let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
@@ -163,7 +159,17 @@ impl<'a> Preparation<'a> {
         Some(self.frame.enter(&hit.position).z)
     }
 
-    fn open_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Result<Eye, EyeFault> {
+    /// Opens an eye as far as it can be, and notes what could not be done.
+    fn open_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Option<Eye> {
+        let fault = match self.cut_eye(side, moved_back) {
+            Ok(eye) => return Some(eye),
+            Err(fault) => fault,
+        };
+        self.omissions.push(Omission::Eye(side, fault));
+        if fault == EyeFault::Hollow { self.fill_socket(side) } else { None }
+    }
+
+    fn cut_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Result<Eye, EyeFault> {
         let eye = eye_landmarks(side);
         let before = self.edit.clone();
         let hole = eye_hole::open(&mut self.edit, &self.landmarks, eye)?;
@@ -176,12 +182,27 @@ impl<'a> Preparation<'a> {
             *shape = self.frame.leave_vector(shape);
         }
         moved_back.extend(hole.painted.iter().map(|&v| (v, ball.behind(&hole, self.edit.at(v)))));
+        moved_back.extend(hole.deep.iter().map(|&v| (v, ball.sunk(self.edit.at(v)))));
+        Ok(self.add_ball(side, &ball, Some(&hole.outline), lids))
+    }
+
+    /// An eyeball for lids that are modelled around nothing; they stay as they are.
+    fn fill_socket(&mut self, side: Side) -> Option<Eye> {
+        let eye = eye_landmarks(side);
+        let corners = [self.landmarks[eye.outer]?, self.landmarks[eye.inner]?];
+        let width = (corners[0].xy() - corners[1].xy()).norm();
+        let front = eye_hole::hollow_front(&self.landmarks, eye, width)?;
+        let ball = Eyeball::in_socket(corners, front);
+        Some(self.add_ball(side, &ball, None, LidShapes::none()))
+    }
+
+    fn add_ball(&mut self, side: Side, ball: &Eyeball, outline: Option<&Outline>, lids: LidShapes) -> Eye {
         let kind = PartKind::Eye(side);
-        let picture = ball.texture(&hole, &self.landmarks, eye, self.view);
+        let picture = ball.texture(outline, &self.landmarks, eye_landmarks(side), self.view);
         let texture = Some(Arc::new(encoded(kind.name(), &picture)));
         let material =
             Material { name: kind.name().to_owned(), base_colour: [1.0; 4], texture, gloss: WET_EYE };
         self.parts.push((kind, ball.mesh(), material));
-        Ok(Eye { centre: self.frame.leave(&ball.centre), radius: ball.radius, lids })
+        Eye { centre: self.frame.leave(&ball.centre), radius: ball.radius, lids }
     }
 }
