@@ -68,6 +68,10 @@ const JAW_OPEN: usize = 25;
 const PUCKER: usize = 38;
 const SMILE: [usize; 2] = [44, 45];
 
+const WINK: &str = "wink";
+/// What a take without a good neutral is held back by.
+const DOUBTFUL: f64 = 0.3;
+
 fn least(scores: &ShapeScores, shapes: [usize; 2]) -> f64 {
     scores.score(shapes[0]).min(scores.score(shapes[1]))
 }
@@ -77,7 +81,8 @@ const MOMENTS: [Moment; 7] = [
     ("smile", |s| least(s, SMILE) - 0.3 * s.score(JAW_OPEN)),
     ("brows up", |s| s.score(BROW_INNER_UP) + least(s, BROW_OUTER_UP)),
     ("blink", |s| least(s, BLINK)),
-    ("wink", |s| (s.score(BLINK[0]) - s.score(BLINK[1])).abs()),
+    // No clip shows one: the blink's frame again, its right eye held open.
+    (WINK, |s| least(s, BLINK)),
     ("gaze left", |s| s.score(LOOK_RIGHT_EYE_IN).min(s.score(LOOK_LEFT_EYE_OUT)) - least(s, BLINK)),
     ("pucker", |s| s.score(PUCKER) - 0.5 * s.score(JAW_OPEN)),
 ];
@@ -112,7 +117,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let seconds = takes[take].motion.frames[frame].timestamp.seconds();
         let clip = takes[take].path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         println!("{name}: {clip} at {seconds:.2} s");
-        cells.push((performer(&takes[take], frame, arguments.view, arguments.side)?, format!("{name} - {clip} {seconds:.2} s")));
+        cells.push((
+            performer(&takes[take], frame, arguments.view, arguments.side)?,
+            format!("{name} - {clip} {seconds:.2} s"),
+        ));
     }
     for scan in &arguments.scans {
         let mut target = Target::load(scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
@@ -125,9 +133,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             if !moments.iter().any(|moment| moment.1 == number) {
                 continue;
             }
-            let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-            let rig =
-                Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, TransferRule::Spline)?;
+            let (face, _) =
+                target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
+            let rig = Rig::new(
+                &take.motion.performer,
+                &face,
+                &target.anatomy,
+                &target.surface,
+                TransferRule::Spline,
+            )?;
             let smoothing = Smoothing::Samples4;
             let size = [arguments.side; 2];
             let mut stage =
@@ -137,7 +151,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut frame = rig.new_frame();
             for (slot, moment) in drawn.iter_mut().zip(&moments) {
                 if moment.1 == number {
-                    rig.pose(&take.motion.frames[moment.2].expression, &mut frame)?;
+                    let mut expression = take.motion.frames[moment.2].expression.clone();
+                    if moment.0 == WINK {
+                        expression.eyes.right.closure = 0.0;
+                    }
+                    rig.pose(&expression, &mut frame)?;
                     let mut rgba = Vec::new();
                     stage.submit(&frame)?;
                     stage.fetch(&mut rgba)?;
@@ -169,7 +187,9 @@ fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<Shown>, Box<dyn
             let Some(landmarks) = &frame.landmarks else { continue };
             let scores = networks.blendshapes.run(landmarks)?;
             for (k, (_, measure)) in MOMENTS.iter().enumerate() {
-                let value = measure(&scores);
+                let is_sure = take.motion.objections.is_empty() || MOMENTS[k].0.starts_with("gaze");
+                let doubt = if is_sure { 0.0 } else { DOUBTFUL };
+                let value = measure(&scores) - doubt;
                 if value > best[k] {
                     best[k] = value;
                     chosen[k + 1] = (MOMENTS[k].0, number, index);
@@ -188,7 +208,8 @@ fn performer(take: &Take, frame: usize, view: View, size: u32) -> Result<RgbaIma
         source.read(&mut picture)?;
     }
     let (width, height) = (take.motion.info.width as u32, take.motion.info.height as u32);
-    let image = RgbaImage::from_raw(width, height, picture.image.to_rgba()?).ok_or("the frame has another size")?;
+    let image =
+        RgbaImage::from_raw(width, height, picture.image.to_rgba()?).ok_or("the frame has another size")?;
     let landmarks = take.performance.frames[frame].landmarks.as_ref().ok_or("no face in the frame")?;
     let middle = |indices: &[usize]| {
         indices.iter().map(|&i| landmarks.pixel(i)).sum::<nalgebra::Vector2<f64>>() / indices.len() as f64
@@ -204,8 +225,14 @@ fn performer(take: &Take, frame: usize, view: View, size: u32) -> Result<RgbaIma
     let left = (centre.x - radius).clamp(0.0, f64::from(width) - 2.0) as u32;
     let top = (centre.y - radius).clamp(0.0, f64::from(height) - 2.0) as u32;
     let side = (2.0 * radius) as u32;
-    let cut = imageops::crop_imm(&image, left, top, side.min(width - left), side.min(height - top)).to_image();
-    Ok(imageops::resize(&cut, size, size * cut.height() / cut.width().max(1), imageops::FilterType::CatmullRom))
+    let cut =
+        imageops::crop_imm(&image, left, top, side.min(width - left), side.min(height - top)).to_image();
+    Ok(imageops::resize(
+        &cut,
+        size,
+        size * cut.height() / cut.width().max(1),
+        imageops::FilterType::CatmullRom,
+    ))
 }
 
 /// What the camera looks at on a target: scan frame, millimetres.
@@ -215,6 +242,8 @@ fn frame_of(target: &Target, view: View) -> (Point3<f64>, f64) {
     match view {
         View::Face => (centre, 1.15 * eyes),
         View::Mouth => (nalgebra::center(&at(index::MOUTH_RIGHT), &at(index::MOUTH_LEFT)), 0.45 * eyes),
-        View::Eyes => (nalgebra::center(&at(index::RIGHT_EYE_OUTER), &at(index::LEFT_EYE_OUTER)), 0.62 * eyes),
+        View::Eyes => {
+            (nalgebra::center(&at(index::RIGHT_EYE_OUTER), &at(index::LEFT_EYE_OUTER)), 0.62 * eyes)
+        }
     }
 }

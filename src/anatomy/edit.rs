@@ -25,8 +25,7 @@ impl EditMesh {
     pub fn new(mesh: Mesh) -> Self {
         let mut first = BTreeMap::new();
         let key = |p: &Point3<f64>| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
-        let place =
-            (0_u32..).zip(&mesh.positions).map(|(v, p)| *first.entry(key(p)).or_insert(v)).collect();
+        let place = (0_u32..).zip(&mesh.positions).map(|(v, p)| *first.entry(key(p)).or_insert(v)).collect();
         Self { mesh, place }
     }
 
@@ -60,8 +59,9 @@ impl EditMesh {
         let touches = |corners: &[u32; 3]| {
             (0..3).all(|axis| {
                 let values = corners.map(|v| self.mesh.positions[v as usize][axis]);
-                let (least, most) =
-                    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
+                let (least, most) = values
+                    .iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
                 least <= high[axis] && most >= low[axis]
             })
         };
@@ -144,8 +144,11 @@ impl EditMesh {
             })
             .collect();
         near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        let mut on: BTreeSet<u32> =
-            levels.iter().filter(|(place, l)| **l == 0.0 && inside(self.at(**place))).map(|(p, _)| *p).collect();
+        let mut on: BTreeSet<u32> = levels
+            .iter()
+            .filter(|(place, l)| **l == 0.0 && inside(self.at(**place)))
+            .map(|(p, _)| *p)
+            .collect();
         for (_, place) in near {
             levels.insert(place, 0.0);
             on.insert(place);
@@ -159,11 +162,14 @@ impl EditMesh {
     /// Splits edges, each at a share of the way from its first place, and the triangles around them. Returns the new
     /// places.
     fn split(&mut self, patch: &mut Vec<u32>, cuts: &BTreeMap<Edge, f64>) -> Vec<u32> {
-        let mut splitter = Splitter { cuts, vertices: BTreeMap::new(), uvs: BTreeMap::new(), places: BTreeMap::new() };
+        let mut splitter =
+            Splitter { cuts, vertices: BTreeMap::new(), uvs: BTreeMap::new(), places: BTreeMap::new() };
         for i in 0..patch.len() {
             let triangle = patch[i] as usize;
             let corners = self.corners(patch[i]);
-            let has = std::array::from_fn::<bool, 3, _>(|k| cuts.contains_key(&ordered(corners[k], corners[(k + 1) % 3])));
+            let has = std::array::from_fn::<bool, 3, _>(|k| {
+                cuts.contains_key(&ordered(corners[k], corners[(k + 1) % 3]))
+            });
             let count = has.iter().filter(|h| **h).count();
             if count == 0 {
                 continue;
@@ -188,12 +194,19 @@ impl EditMesh {
                     let (m, n) = (splitter.between(self, a, b), splitter.between(self, c, a));
                     let far = |x: Corner, y: Corner| (self.at(x.0) - self.at(y.0)).norm();
                     let mut pieces = vec![[a, m, n]];
-                    pieces.extend(if far(m, c) < far(n, b) { [[m, b, c], [m, c, n]] } else { [[m, b, n], [n, b, c]] });
+                    pieces.extend(if far(m, c) < far(n, b) {
+                        [[m, b, c], [m, c, n]]
+                    } else {
+                        [[m, b, n], [n, b, c]]
+                    });
                     pieces
                 }
                 _ => {
-                    let (m, n, o) =
-                        (splitter.between(self, a, b), splitter.between(self, b, c), splitter.between(self, c, a));
+                    let (m, n, o) = (
+                        splitter.between(self, a, b),
+                        splitter.between(self, b, c),
+                        splitter.between(self, c, a),
+                    );
                     vec![[a, m, o], [m, b, n], [o, n, c], [m, n, o]]
                 }
             };
@@ -271,6 +284,26 @@ impl EditMesh {
             }
         }
         new_place
+    }
+
+    /// For every vertex a number that it shares with all that the surface connects it to.
+    pub fn components(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.mesh.positions.len() as u32).collect();
+        fn root(parent: &mut [u32], mut v: u32) -> u32 {
+            while parent[v as usize] != v {
+                parent[v as usize] = parent[parent[v as usize] as usize];
+                v = parent[v as usize];
+            }
+            v
+        }
+        for corners in &self.mesh.triangles {
+            let [a, b, c] = corners.map(|v| root(&mut parent, self.place(v)));
+            let least = a.min(b).min(c);
+            for v in [a, b, c] {
+                parent[v as usize] = least;
+            }
+        }
+        (0..parent.len() as u32).map(|v| root(&mut parent, self.place(v))).collect()
     }
 
     /// Some triangles, sorted into those that hang together at edges.

@@ -1,6 +1,7 @@
 //! Cutting the painted eye out of the skin around it.
 
-use std::collections::BTreeSet;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point2, Point3};
 
@@ -11,10 +12,10 @@ use super::{
 };
 
 /// Length of edges at the rim, eye widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.035;
-const EDGE_GROWTH: f64 = 0.3;
+const EDGE: f64 = 0.075;
+const EDGE_GROWTH: f64 = 0.9;
 /// How far around the rim the mesh is refined, eye widths.
-const AROUND: f64 = 0.5;
+const AROUND: f64 = 0.35;
 /// The cut runs this far outside the network's rim, eye widths: the network sees where white ends, not where skin does.
 const DILATION: f64 = 0.02;
 /// Surface farther behind the corners than this is the inside of the head, eye widths.
@@ -38,7 +39,7 @@ pub struct EyeHole {
 }
 
 /// Why an eye could not be cut out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum EyeFault {
     /// Landmarks are missing.
     #[error("its landmarks were not found on the surface")]
@@ -96,15 +97,7 @@ pub fn open(
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
     let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest && p.z < foremost);
-    // Lashes and the like are pieces of their own that reach across the rim: they are not cut.
-    let pieces = edit.pieces(&patch);
-    let within = |t: &u32| edit.corners(*t).iter().all(|&c| outline.inside(&edit.at(c).xy()) > 0.0);
-    let skin = pieces.iter().map(Vec::len).max().unwrap_or(0);
-    let strays: BTreeSet<u32> = pieces
-        .into_iter()
-        .filter(|piece| piece.len() < skin && !piece.iter().all(within))
-        .flatten()
-        .collect();
+    let strays = strays(edit, &patch, &outline);
     let is_inside = |triangle: u32| {
         if strays.contains(&triangle) {
             return false;
@@ -130,8 +123,7 @@ pub fn open(
         return Err(EyeFault::OffSurface);
     }
     edit.detach(&cut_out, &shared);
-    let painted: BTreeSet<u32> =
-        cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
+    let painted: BTreeSet<u32> = cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
     Ok(EyeHole {
         outline,
         corners: [outer, inner],
@@ -140,12 +132,28 @@ pub fn open(
     })
 }
 
+/// Lashes and the like: pieces of their own that reach across the rim. They are not cut.
+fn strays(edit: &EditMesh, patch: &[u32], outline: &Outline) -> BTreeSet<u32> {
+    let component = edit.components();
+    let mut pieces: BTreeMap<u32, (Vec<u32>, bool)> = BTreeMap::new();
+    for &triangle in patch {
+        let corners = edit.corners(triangle);
+        let within = corners.iter().all(|&c| outline.inside(&edit.at(c).xy()) > 0.0);
+        let piece = pieces.entry(component[corners[0] as usize]).or_insert((Vec::new(), true));
+        piece.0.push(triangle);
+        piece.1 &= within;
+    }
+    let skin = pieces.values().map(|piece| piece.0.len()).max().unwrap_or(0);
+    pieces.into_values().filter(|(piece, within)| piece.len() < skin && !within).flat_map(|p| p.0).collect()
+}
+
 /// The smooth rim through both lids, moved outwards, but not at the corners.
 fn dilated(upper: &[Point2<f64>], lower: &[Point2<f64>], width: f64) -> Outline {
     let mut curve = smooth_curve(upper, STEPS);
     let below = smooth_curve(lower, STEPS);
     curve.extend(below[1..below.len() - 1].iter().rev());
-    let middle = Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
+    let middle =
+        Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
     let (outer, inner) = (upper[0], upper[upper.len() - 1]);
     let axis = (inner - outer) / (inner - outer).norm_squared();
     let count = curve.len();

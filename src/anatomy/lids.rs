@@ -4,6 +4,7 @@
 //! and the lower rim a little up until both lie on one line, no nearer to the axis than the ball; skin between rim and
 //! brow follows less and less, so the lid's texture is that of the fold above it. The ball and its iris stay.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point3, Vector3};
@@ -28,6 +29,8 @@ const OVERLAP: f64 = 0.008;
 const REACH: f64 = 0.30;
 /// The upper one reaches this share of the straight way to the brow's lower edge.
 const TO_BROW: f64 = 1.0;
+/// So far beyond the opening, in radians, skin that comes down no longer lies on the ball.
+const BEYOND_OPENING: f64 = 0.4;
 /// Rounds in which a place takes over the mean of its neighbours: ways along edges zigzag.
 const SMOOTHING: usize = 12;
 /// Skin farther from the axis than this is no lid, radii of the ball.
@@ -36,7 +39,7 @@ const FARTHEST: f64 = 2.2;
 pub const CLOSURES: [f64; 5] = [-0.35, 0.25, 0.5, 0.75, 1.0];
 
 /// How the skin around one eye moves with its closure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LidShapes {
     /// The vertices that move, ascending.
     pub vertices: Vec<u32>,
@@ -129,7 +132,11 @@ impl Rim {
         let (a, b) = (points[right - 1], points[right]);
         let width = b.along - a.along;
         let t = if width > 1e-12 { ((along - a.along) / width).clamp(0.0, 1.0) } else { 0.0 };
-        Polar { along, angle: a.angle + (b.angle - a.angle) * t, distance: a.distance + (b.distance - a.distance) * t }
+        Polar {
+            along,
+            angle: a.angle + (b.angle - a.angle) * t,
+            distance: a.distance + (b.distance - a.distance) * t,
+        }
     }
 }
 
@@ -235,11 +242,10 @@ impl Following {
     ) -> Self {
         let (low, high) = hole.outline.bounds();
         let depth = hole.corners[0].z.min(hole.corners[1].z);
-        let patch: Vec<u32> = edit
-            .patch(
-                &Point3::new(low.x - 0.2 * width, low.y - width, depth - width),
-                &Point3::new(high.x + 0.2 * width, high.y + 1.2 * width, depth + width),
-            );
+        let patch: Vec<u32> = edit.patch(
+            &Point3::new(low.x - 0.2 * width, low.y - width, depth - width),
+            &Point3::new(high.x + 0.2 * width, high.y + 1.2 * width, depth + width),
+        );
         let length = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
         let from_upper = Distances::from(edit, &patch, upper, length);
         let from_lower = Distances::from(edit, &patch, lower, length);
@@ -256,7 +262,8 @@ impl Following {
         }
         let fixed: BTreeSet<u32> = upper.iter().chain(lower).copied().collect();
         smooth_over(edit, &patch, &fixed, &mut away);
-        let follow = |(is_upper, share): (bool, f64)| (is_upper, 1.0 - smooth(share.clamp(0.0, 1.0)));
+        // Quickly less and less: skin from under the brow would stand before the ball like a pouch.
+        let follow = |(is_upper, share): (bool, f64)| (is_upper, (1.0 - share.clamp(0.0, 1.0)).powi(2));
         Self(away.into_iter().map(|(place, found)| (place, follow(found))).collect())
     }
 }
@@ -301,17 +308,19 @@ fn moved(
     let shut = closure.max(0.0) * follow;
     let overlap = if is_upper { -OVERLAP * width / meeting.distance * shut * tapered(section) } else { 0.0 };
     let over = if is_upper { 0.5 * OVERLAP * width * shut } else { 0.0 };
-    // A lid that has come down lies on the ball, however deep or proud the skin was that it is made of.
-    let distance = p.distance + shut * section.over_ball * (meeting.distance - p.distance) + over;
-    // Skin that moves over the ball keeps off it.
+    // Away from the rim the lid's sides fade out, or its corners would stand out like a box's.
+    let side = section.over_ball + (1.0 - section.over_ball) * follow.powi(6);
+    let angle = p.angle + closure * follow * way * side + overlap;
+    // Skin that has come down over the opening lies on the ball, however deep or proud it was; above it, skin stays as
+    // far out as it was.
+    let beyond = if is_upper { angle - section.upper.angle } else { section.lower.angle - angle };
+    let over_opening = 1.0 - smooth((beyond / BEYOND_OPENING).clamp(0.0, 1.0));
+    let on_ball = section.over_ball * over_opening;
+    let distance = p.distance + shut * on_ball * (meeting.distance - p.distance) + over;
     let off_the_ball = axis.ball(p.along) + THICKNESS * width;
-    let pressed = (4.0 * closure.abs() * follow).min(1.0) * section.over_ball;
+    let pressed = (4.0 * closure.abs() * follow).min(1.0) * on_ball;
     let least = p.distance + (off_the_ball - p.distance).max(0.0) * pressed;
-    Polar {
-        along: p.along,
-        angle: p.angle + closure * follow * way + overlap,
-        distance: distance.max(least),
-    }
+    Polar { along: p.along, angle, distance: distance.max(least) }
 }
 
 /// Less overlap where the lids meet anyway.

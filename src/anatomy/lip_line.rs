@@ -82,6 +82,14 @@ impl LipLine {
         Some(line)
     }
 
+    /// The same line, ending at other along-coordinates: both its ends and its inner corners.
+    pub fn shortened(&mut self, ends: [f64; 2]) {
+        let places: Vec<f64> = (0..COLUMNS).map(|i| self.height(column(ends, i))).collect();
+        self.heights = places;
+        self.ends = ends;
+        self.corners = [self.corners[0].max(ends[0]), self.corners[1].min(ends[1])];
+    }
+
     /// Along-coordinate of a place, millimetres from the middle between the inner corners, to the subject's left.
     pub fn along(&self, point: &Point3<f64>) -> f64 {
         (point.xy() - self.origin).dot(&self.along)
@@ -137,14 +145,13 @@ impl LipLine {
         let mut all: Vec<f64> = brightness.iter().flatten().copied().collect();
         all.sort_by(f64::total_cmp);
         let usual = all[all.len() / 2].max(1e-3);
-        let cost = |i: usize, row: usize| {
-            brightness[i][row] / usual - CREASE * crease[i][row]
-        };
-        let price =
-            |i: usize, row: usize| cost(i, row) + STRAY * (shift(row) / (REACH * mouth)).powi(2);
+        let cost = |i: usize, row: usize| brightness[i][row] / usual - CREASE * crease[i][row];
+        let price = |i: usize, row: usize| cost(i, row) + STRAY * (shift(row) / (REACH * mouth)).powi(2);
         let path = cheapest_rows(price);
-        let on_path: f64 = path.iter().enumerate().map(|(i, &row)| cost(i, row)).sum::<f64>() / COLUMNS as f64;
-        let mut costs: Vec<f64> = (0..COLUMNS).flat_map(|i| (0..ROWS).map(move |row| (i, row))).map(|(i, r)| cost(i, r)).collect();
+        let on_path: f64 =
+            path.iter().enumerate().map(|(i, &row)| cost(i, row)).sum::<f64>() / COLUMNS as f64;
+        let mut costs: Vec<f64> =
+            (0..COLUMNS).flat_map(|i| (0..ROWS).map(move |row| (i, row))).map(|(i, r)| cost(i, r)).collect();
         costs.sort_by(f64::total_cmp);
         if costs[costs.len() / 2] - on_path < CONTRAST {
             return;

@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, ops::Range};
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{
     edit::{EditMesh, triangle_edges},
@@ -12,10 +13,10 @@ use super::{
 };
 
 /// Length of edges at the line, mouth widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.03;
-const EDGE_GROWTH: f64 = 0.35;
+const EDGE: f64 = 0.045;
+const EDGE_GROWTH: f64 = 1.0;
 /// How far around the line the mesh is refined, mouth widths.
-const AROUND: f64 = 0.35;
+const AROUND: f64 = 0.25;
 /// Surface farther behind the lips than this is the back of the head or the throat, mouth widths.
 const BEHIND: f64 = 0.5;
 /// The way over the skin from lip to lip is longer than this, in straight distances, where a mouth is open already.
@@ -24,6 +25,10 @@ const DETOUR: f64 = 1.6;
 const TOUCHING: f64 = 0.08;
 /// Over this distance a sheet of touching lips shows which lip it is, mouth widths.
 const SHEET_REACH: f64 = 0.16;
+/// Half of the distance over which the skin is looked at across the line of an open mouth, mouth widths, and how much
+/// longer than straight its way is where the lips part.
+const ACROSS: f64 = 0.08;
+const NARROW_DETOUR: f64 = 2.2;
 /// Of the cut's edges at least this share lies on the line.
 const ON_LINE: f64 = 0.8;
 /// Landmarks in the middle of the outer rims, upper and lower.
@@ -39,7 +44,7 @@ pub enum Lips {
 }
 
 /// Why the lips could not be opened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum LipFault {
     /// The line leaves the surface.
     #[error("the lip line leaves the surface")]
@@ -53,10 +58,11 @@ pub enum LipFault {
 }
 
 /// Opens the lips of `edit`, a mesh in the face's axes, along `line`. `landmarks` are in the same axes; `mouth` is the
-/// mouth's width in millimetres. On a fault the mesh is as it was.
+/// mouth's width in millimetres. On a fault the mesh is as it was. Where an open mouth is narrower than its lips, the line
+/// is shortened to it.
 pub fn open(
     edit: &mut EditMesh,
-    line: &LipLine,
+    line: &mut LipLine,
     landmarks: &[Option<Point3<f64>>],
     mouth: f64,
 ) -> Result<Lips, LipFault> {
@@ -79,6 +85,9 @@ pub fn open(
     }
     separate(edit, &patch, line, mouth);
     if is_open(edit, &patch, landmarks, depths.start)? {
+        if let Some(ends) = opening(edit, &patch, line, front, mouth) {
+            line.shortened(ends);
+        }
         return Ok(Lips::Open);
     }
 
@@ -139,13 +148,7 @@ fn separate(edit: &mut EditMesh, patch: &[u32], line: &LipLine, mouth: f64) {
 }
 
 /// How far a sheet of surface rises, on average, as it leaves a place: an overhanging lip first leads downwards.
-fn rise(
-    edit: &EditMesh,
-    sheet: &[u32],
-    place: u32,
-    mouth: f64,
-    neighbours: &dyn Fn(u32) -> Vec<u32>,
-) -> f64 {
+fn rise(edit: &EditMesh, sheet: &[u32], place: u32, mouth: f64, neighbours: &dyn Fn(u32) -> Vec<u32>) -> f64 {
     let start = *edit.at(place);
     let middle = |triangle: u32| {
         Point3::from(edit.corners(triangle).map(|c| edit.at(c).coords).iter().sum::<Vector3<f64>>() / 3.0)
@@ -186,6 +189,31 @@ fn is_open(
     let detour = way.map_or(f64::INFINITY, |(_, length)| length / straight.max(1e-9));
     tracing::info!("from lip to lip the skin takes {detour:.2} times the straight way");
     Ok(detour > DETOUR)
+}
+
+/// Between which along-coordinates the lips really part: where the skin leads from one to the other only by a detour.
+fn opening(edit: &EditMesh, patch: &[u32], line: &LipLine, front: f64, mouth: f64) -> Option<[f64; 2]> {
+    const STEPS: usize = 24;
+    let places: BTreeSet<u32> = patch.iter().flat_map(|&t| edit.corners(t)).collect();
+    let closest = |target: Point3<f64>| {
+        let far = |place: &u32| (edit.at(*place) - target).norm_squared();
+        places.iter().copied().min_by(|a, b| far(a).total_cmp(&far(b)))
+    };
+    let step = (line.ends[1] - line.ends[0]) / STEPS as f64;
+    let parts = |along: f64| {
+        let (middle, up) = (line.place(along), line.up() * (ACROSS * mouth));
+        // Of a lip's outside and its lining the outside lies in front.
+        let at = |p: nalgebra::Point2<f64>| closest(Point3::new(p.x, p.y, front + ACROSS * mouth));
+        let (Some(above), Some(below)) = (at(middle + up), at(middle - up)) else { return false };
+        let price = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
+        let way = edit.cheapest_path(patch, above, below, price);
+        let straight = (edit.at(above) - edit.at(below)).norm().max(ACROSS * mouth);
+        way.is_none_or(|(_, length)| length > NARROW_DETOUR * straight)
+    };
+    let open: Vec<f64> =
+        (0..=STEPS).map(|i| line.ends[0] + step * i as f64).filter(|&along| parts(along)).collect();
+    let (first, last) = (*open.first()?, *open.last()?);
+    (last - first > 0.3 * mouth).then(|| [(first - step).max(line.ends[0]), (last + step).min(line.ends[1])])
 }
 
 fn open_fused(

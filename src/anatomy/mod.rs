@@ -32,7 +32,7 @@ pub use interior::{Hanging, RingPoint};
 pub use jaw::{Jaw, JawPose};
 pub use lids::{CLOSURES, LidShapes, shares as lid_shares};
 pub use lips::LipFault;
-pub use prepare::{Anatomy, Eye, Mouth, Omission, Part, PartKind};
+pub use prepare::{Anatomy, Eye, Mouth, Omission, Part, PartKind, RimNode, RimVertex};
 pub use regions::{
     BETWEEN_JAW_AND_SKULL, CHIN, CORNERS, EyeLandmarks, INNER_CORNERS, LOWER_INNER, LOWER_LIP, ON_JAW,
     OUTER_CORNERS, UPPER_INNER, UPPER_LIP, eye_landmarks,

@@ -1,6 +1,7 @@
 //! The whole of it: a scan and its landmarks in, an [`Anatomy`] out.
 
-use std::{fmt, ops::Range, sync::Arc};
+use serde::{Deserialize, Serialize};
+use std::{collections::BTreeSet, fmt, ops::Range, sync::Arc};
 
 use image::RgbImage;
 use nalgebra::{Point3, Vector3};
@@ -26,6 +27,11 @@ use crate::{
 /// Gloss of the added parts.
 const WET_EYE: f32 = 1.0;
 const WET_MOUTH: f32 = 0.35;
+const DULL_CAVITY: f32 = 0.05;
+/// What lies behind skin stays at least this far behind it, mouth widths.
+const TUCKED: f64 = 0.03;
+/// Nodes of the lips' rims nearer to each other than this are one, millimetres.
+const CLOSEST_NODES: f64 = 0.15;
 /// Where a scan's own cavity is looked for: around the mouth's middle and behind the lips, mouth widths.
 const BAG_REACH: f64 = 0.9;
 const BAG_START: f64 = 0.08;
@@ -38,7 +44,7 @@ const FEWEST_BAG: usize = 60;
 const MOST_ENDS: usize = 6;
 
 /// What a part is, and so how it moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PartKind {
     /// The scan, cut open.
     Skin,
@@ -70,7 +76,7 @@ impl PartKind {
 }
 
 /// A stretch of the mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// What it is.
     pub kind: PartKind,
@@ -81,7 +87,7 @@ pub struct Part {
 }
 
 /// A place on the line between the lips that drives both rims.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RimNode {
     /// Stations of the network's inner lips: 0 is the right inner corner, 1..=9 the pairs, 10 the left corner. The node
     /// lies at `share` of the way from this one to the next.
@@ -92,8 +98,21 @@ pub struct RimNode {
     pub rest: [Point3<f64>; 2],
 }
 
+/// A vertex on a rim, which lies between two nodes and goes where they go.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RimVertex {
+    /// Which vertex.
+    pub vertex: u32,
+    /// Whether on the lower lip.
+    pub lower: bool,
+    /// The nodes on either side.
+    pub nodes: [usize; 2],
+    /// 0..=1 of the way from the first to the second.
+    pub share: f64,
+}
+
 /// The lips and what they need to move.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Mouth {
     /// Whether the program cut them; otherwise the scan's mouth was open.
     pub is_cut: bool,
@@ -102,6 +121,9 @@ pub struct Mouth {
     pub rims: [Vec<u32>; 2],
     /// From corner to corner.
     pub nodes: Vec<RimNode>,
+    /// The vertices of both rims between the nodes: two rims whose nodes touch touch everywhere. Empty where the mouth was
+    /// open.
+    pub held: Vec<RimVertex>,
     /// Where the inner corners rest, right and left; `None` where the landmark's own place serves.
     pub corners: [Option<Point3<f64>>; 2],
     /// Upwards across the lips, scan frame.
@@ -113,7 +135,7 @@ pub struct Mouth {
 }
 
 /// An eye that can look and close.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Eye {
     /// Scan frame, millimetres.
     pub centre: Point3<f64>,
@@ -124,7 +146,7 @@ pub struct Eye {
 }
 
 /// What could not be made, and why.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Omission {
     /// Eyes or mouth are not known at all.
     NoFace,
@@ -137,8 +159,12 @@ pub enum Omission {
 impl fmt::Display for Omission {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoFace => formatter.write_str("no mouth and no eyes: their corners are not among the landmarks"),
-            Self::Lips(fault) => write!(formatter, "the lips stay closed, without a mouth behind them: {fault}"),
+            Self::NoFace => {
+                formatter.write_str("no mouth and no eyes: their corners are not among the landmarks")
+            }
+            Self::Lips(fault) => {
+                write!(formatter, "the lips stay closed, without a mouth behind them: {fault}")
+            }
             Self::Eye(side, fault) => {
                 let side = if *side == Side::Right { "right" } else { "left" };
                 write!(formatter, "the {side} eye stays as it was scanned: {fault}")
@@ -148,7 +174,7 @@ impl fmt::Display for Omission {
 }
 
 /// A scan that can perform. Scan frame, millimetres.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Anatomy {
     /// The scan's vertices in their order, then those of the cuts, then those of the parts.
     pub mesh: Mesh,
@@ -247,7 +273,17 @@ impl<'a> Preparation<'a> {
         }
         let landmarks = landmarks.iter().map(|p| p.map(|p| frame.enter(&p))).collect();
         let (omissions, parts) = (Vec::new(), Vec::new());
-        Self { scan, surface, view, frame, landmarks, edit: EditMesh::new(mesh), omissions, parts, bag: Vec::new() }
+        Self {
+            scan,
+            surface,
+            view,
+            frame,
+            landmarks,
+            edit: EditMesh::new(mesh),
+            omissions,
+            parts,
+            bag: Vec::new(),
+        }
     }
 
     fn finish(mut self) -> Anatomy {
@@ -281,7 +317,8 @@ impl<'a> Preparation<'a> {
             mesh.positions[vertex as usize] = frame.leave(&place);
         }
         if let Some(flesh) = self.parts.iter().find(|part| part.0 == PartKind::Tongue) {
-            paint_bag(&mut mesh, &self.bag, &flesh.2);
+            let flesh = Material { gloss: DULL_CAVITY, ..flesh.2.clone() };
+            paint_bag(&mut mesh, &self.bag, &flesh);
         }
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
         let mut parts = vec![Part { kind: PartKind::Skin, vertices: 0..vertices, triangles: 0..triangles }];
@@ -307,8 +344,8 @@ impl<'a> Preparation<'a> {
         let luma: Option<&dyn Fn(f64, f64) -> f64> = view.is_some().then_some(&luma);
         let depth = |x: f64, y: f64| self.depth(x, y);
         let line = LipLine::find(&self.landmarks, self.frame.mouth, luma, &depth);
-        let opened = line.ok_or(LipFault::OffSurface).and_then(|line| {
-            let lips = lips::open(&mut self.edit, &line, &self.landmarks, self.frame.mouth)?;
+        let opened = line.ok_or(LipFault::OffSurface).and_then(|mut line| {
+            let lips = lips::open(&mut self.edit, &mut line, &self.landmarks, self.frame.mouth)?;
             Ok((line, lips))
         });
         match opened {
@@ -344,11 +381,11 @@ impl<'a> Preparation<'a> {
             }
         };
         let picture = Arc::new(encoded("mouth", &super::atlas::paint()));
-        let material = |name: &str| Material {
-            name: name.to_owned(),
+        let material = |kind: PartKind| Material {
+            name: kind.name().to_owned(),
             base_colour: [1.0; 4],
             texture: Some(Arc::clone(&picture)),
-            gloss: WET_MOUTH,
+            gloss: if kind == PartKind::Cavity { DULL_CAVITY } else { WET_MOUTH },
         };
         let bag = if matches!(lips, Lips::Open) { self.own_bag(line, &upper) } else { Vec::new() };
         let (mut ring, mut hanging) = (Vec::new(), Vec::new());
@@ -357,14 +394,16 @@ impl<'a> Preparation<'a> {
             for point in &mut ring {
                 point.place = self.frame.leave(&point.place);
             }
-            self.parts.push((PartKind::Cavity, interior.cavity, material(PartKind::Cavity.name())));
+            let cavity = self.tucked(interior.cavity);
+            self.parts.push((PartKind::Cavity, cavity, material(PartKind::Cavity)));
         }
         for (kind, part) in [
             (PartKind::UpperTeeth, interior.upper_teeth),
             (PartKind::LowerTeeth, interior.lower_teeth),
             (PartKind::Tongue, interior.tongue),
         ] {
-            self.parts.push((kind, part, material(kind.name())));
+            let part = self.tucked(part);
+            self.parts.push((kind, part, material(kind)));
         }
         self.bag = bag;
         let on_rim = |along: f64| self.frame.leave(&rim_place(line, &upper, along));
@@ -372,7 +411,8 @@ impl<'a> Preparation<'a> {
             Lips::Cut(_) => (self.cut_nodes(line, &upper), line.corners.map(|along| Some(on_rim(along)))),
             Lips::Open => (open_nodes(&self.frame, &upper, &lower), [None, None]),
         };
-        Mouth { is_cut: matches!(lips, Lips::Cut(_)), rims, nodes, corners, up, ring, hanging }
+        let held = if matches!(lips, Lips::Cut(_)) { self.held(line, &rims, &nodes) } else { Vec::new() };
+        Mouth { is_cut: matches!(lips, Lips::Cut(_)), rims, nodes, held, corners, up, ring, hanging }
     }
 
     /// The rims of an open mouth at the network's stations: on each lip the vertex nearest to where the landmark should
@@ -382,9 +422,8 @@ impl<'a> Preparation<'a> {
         let positions = &self.edit.mesh().positions;
         let nearest = |target: Point3<f64>, allowed: &dyn Fn(usize) -> bool| -> u32 {
             let far = |v: usize| (positions[v] - target).norm_squared();
-            let best = (0..positions.len())
-                .filter(|&v| allowed(v))
-                .min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            let best =
+                (0..positions.len()).filter(|&v| allowed(v)).min_by(|&a, &b| far(a).total_cmp(&far(b)));
             best.map_or(0, |v| self.edit.place(v as u32))
         };
         let place = |k: usize| {
@@ -414,6 +453,16 @@ impl<'a> Preparation<'a> {
             std::iter::once(ends[0]).chain((1..last).map(own)).chain([ends[1]]).collect()
         };
         [rim(false), rim(true)]
+    }
+
+    /// A part of the mouth, drawn back where it would stand out of a thin lip or chin.
+    fn tucked(&self, mut part: PartMesh) -> PartMesh {
+        for p in &mut part.positions {
+            if let Some(skin) = self.depth(p.x, p.y) {
+                p.z = p.z.min((skin - TUCKED * self.frame.mouth).max(p.z - 0.3 * self.frame.mouth));
+            }
+        }
+        part
     }
 
     /// A smooth curve along the line, as deep as a rim, a little behind the lips.
@@ -455,7 +504,11 @@ impl<'a> Preparation<'a> {
             };
             piece.iter().any(behind)
         };
-        tracing::info!("{} of {} triangles behind the lips are hidden", bag.len(), self.edit.mesh().triangles.len());
+        tracing::info!(
+            "{} of {} triangles behind the lips are hidden",
+            bag.len(),
+            self.edit.mesh().triangles.len()
+        );
         let pieces = self.edit.pieces(&bag).into_iter().filter(near_lips);
         let largest = pieces.max_by_key(Vec::len).unwrap_or_default();
         // A few hidden triangles are a fold, not a mouth; one that ends in an edge is the lips' lining.
@@ -479,31 +532,57 @@ impl<'a> Preparation<'a> {
         stations
     }
 
-    /// Two nodes to a stretch between stations, four to those at the corners.
+    /// Two nodes to a stretch between stations, four to those at the corners; and beyond the inner corners two that keep
+    /// the rims together to the ends of the cut.
     fn cut_nodes(&self, line: &LipLine, rim: &[Point3<f64>]) -> Vec<RimNode> {
         let stations = self.stations(line);
-        let mut nodes = Vec::new();
-        for station in 0..stations.len() - 1 {
-            let is_end = station == 0 || station + 2 == stations.len();
+        let last = stations.len() - 1;
+        let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        let beyond =
+            |station: usize, end: f64| [0.0, 0.5].map(|t| (station, 0.0, between(end, stations[station], t)));
+        let mut wanted = beyond(0, line.ends[0]).to_vec();
+        for station in 0..last {
+            let is_end = station == 0 || station + 1 == last;
             let shares: &[f64] = if is_end { &[0.0, 0.25, 0.5, 0.75] } else { &[0.0, 0.5] };
-            for &share in shares {
-                let along = stations[station] + (stations[station + 1] - stations[station]) * share;
-                let rest = self.frame.leave(&rim_place(line, rim, along));
-                let repeated =
-                    nodes.last().is_some_and(|last: &RimNode| (last.rest[0] - rest).norm() < 0.15);
-                if (station, share) != (0, 0.0) && !repeated {
-                    nodes.push(RimNode { station, share, rest: [rest; 2] });
-                }
+            let stretch = shares
+                .iter()
+                .map(|&share| (station, share, between(stations[station], stations[station + 1], share)));
+            // The corner itself is a landmark's control.
+            wanted.extend(stretch.skip(usize::from(station == 0)));
+        }
+        wanted.extend(beyond(last, line.ends[1]).into_iter().rev());
+        let mut nodes: Vec<RimNode> = Vec::new();
+        for (station, share, along) in wanted {
+            let rest = self.frame.leave(&rim_place(line, rim, along));
+            if nodes.last().is_none_or(|last| (last.rest[0] - rest).norm() >= CLOSEST_NODES) {
+                nodes.push(RimNode { station, share, rest: [rest; 2] });
             }
         }
         nodes
     }
 
-    fn open_eye(
-        &mut self,
-        side: Side,
-        moved_back: &mut Vec<(u32, Point3<f64>)>,
-    ) -> Result<Eye, EyeFault> {
+    /// Between which nodes every vertex of the rims lies.
+    fn held(&self, line: &LipLine, rims: &[Vec<u32>; 2], nodes: &[RimNode]) -> Vec<RimVertex> {
+        let places: Vec<f64> =
+            nodes.iter().map(|node| line.along(&self.frame.enter(&node.rest[0]))).collect();
+        let lips: [BTreeSet<u32>; 2] = [0, 1].map(|lip| rims[lip].iter().copied().collect());
+        let vertices = 0..self.edit.mesh().positions.len() as u32;
+        let held = vertices.filter_map(|vertex| {
+            let place = self.edit.place(vertex);
+            let lower = !lips[0].contains(&place);
+            if lower && !lips[1].contains(&place) {
+                return None;
+            }
+            let along = line.along(self.edit.at(vertex));
+            let right = places.partition_point(|p| *p < along).clamp(1, places.len() - 1);
+            let (a, b) = (places[right - 1], places[right]);
+            let share = if b > a { ((along - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+            Some(RimVertex { vertex, lower, nodes: [right - 1, right], share })
+        });
+        if places.len() < 2 { Vec::new() } else { held.collect() }
+    }
+
+    fn open_eye(&mut self, side: Side, moved_back: &mut Vec<(u32, Point3<f64>)>) -> Result<Eye, EyeFault> {
         let eye = eye_landmarks(side);
         let before = self.edit.clone();
         let hole = eye_hole::open(&mut self.edit, &self.landmarks, eye)?;
@@ -530,11 +609,7 @@ impl<'a> Preparation<'a> {
 fn open_nodes(frame: &FaceFrame, upper: &[Point3<f64>], lower: &[Point3<f64>]) -> Vec<RimNode> {
     let pairs = upper.iter().zip(lower).enumerate().skip(1).take(UPPER_INNER.len());
     pairs
-        .map(|(station, (u, l))| RimNode {
-            station,
-            share: 0.0,
-            rest: [frame.leave(u), frame.leave(l)],
-        })
+        .map(|(station, (u, l))| RimNode { station, share: 0.0, rest: [frame.leave(u), frame.leave(l)] })
         .collect()
 }
 
@@ -574,7 +649,12 @@ fn paint_bag(mesh: &mut Mesh, bag: &[u32], flesh: &Material) {
 /// Gives every triangle a material and texture coordinates.
 fn complete(mesh: &mut Mesh) {
     if mesh.materials.is_empty() {
-        mesh.materials.push(Material { name: "skin".into(), base_colour: [1.0; 4], texture: None, gloss: 0.0 });
+        mesh.materials.push(Material {
+            name: "skin".into(),
+            base_colour: [1.0; 4],
+            texture: None,
+            gloss: 0.0,
+        });
     }
     if mesh.triangle_materials.is_empty() {
         mesh.triangle_materials = vec![0; mesh.triangles.len()];

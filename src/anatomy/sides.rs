@@ -71,7 +71,8 @@ fn starts(
         let inner = |rim: &[u32]| rim[1..rim.len() - 1].to_vec();
         return (inner(&slit.upper), inner(&slit.lower));
     }
-    // The rows on the outside of each lip: the inner ones may have been taken for the other's.
+    // The rows on the outside of each lip, without their ends: the inner ones and those at the corners may have been
+    // taken for the other lip's.
     let nearest = |list: &[usize]| {
         let places: std::collections::BTreeSet<u32> = patch.iter().flat_map(|&t| edit.corners(t)).collect();
         list.iter()
@@ -82,7 +83,7 @@ fn starts(
             })
             .collect()
     };
-    (nearest(&UPPER_LIP[..9]), nearest(&LOWER_LIP[..9]))
+    (nearest(&UPPER_LIP[1..8]), nearest(&LOWER_LIP[1..8]))
 }
 
 fn depth(edit: &EditMesh, lips: &Lips, landmarks: &[Option<Point3<f64>>]) -> f64 {

@@ -1,5 +1,6 @@
 //! Cutting a surface open along a path of its edges.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
@@ -16,7 +17,7 @@ pub struct Slit {
 }
 
 /// Why a path cannot be cut open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum SlitFault {
     /// Fewer than three places.
     #[error("the line is too short")]
@@ -116,7 +117,8 @@ mod tests {
             for i in 0..=n {
                 let k = (j * (n + 1) + i) as usize;
                 let off = |at: usize| jitter.get(at % jitter.len().max(1)).copied().unwrap_or(0.0) * step;
-                let (x, y) = (f64::from(i) * step - 1.0 + off(2 * k), f64::from(j) * step - 1.0 + off(2 * k + 1));
+                let (x, y) =
+                    (f64::from(i) * step - 1.0 + off(2 * k), f64::from(j) * step - 1.0 + off(2 * k + 1));
                 mesh.positions.push(Point3::new(x, y, 0.2 * (x * x)));
                 mesh.uvs.push([x as f32, y as f32]);
             }
@@ -147,7 +149,8 @@ mod tests {
             let off = |p: u32| (edit.at(p).x - x).abs();
             *on.iter().min_by(|&&a, &&b| off(a).total_cmp(&off(b))).unwrap()
         };
-        let price = |a: u32, b: u32| (on.contains(&a) && on.contains(&b)).then(|| (edit.at(a) - edit.at(b)).norm());
+        let price =
+            |a: u32, b: u32| (on.contains(&a) && on.contains(&b)).then(|| (edit.at(a) - edit.at(b)).norm());
         let (path, _) = edit.cheapest_path(&patch, end(-0.6), end(0.6), price).unwrap();
         let slit = cut(&mut edit, &patch, &path, line);
         (edit, slit)
