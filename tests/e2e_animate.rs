@@ -95,7 +95,10 @@ fn the_glb_has_morphs_and_turning_parts(path: &Path) {
     assert_eq!(nodes[..parts.len()], parts);
     let has = |name: &str, property| found.contains(&(property, Some(name.to_owned())));
     for turning in ["head", "lower teeth", "tongue", "right eye", "left eye"] {
-        assert!(has(turning, Property::Rotation) && has(turning, Property::Translation), "{turning}: {found:?}");
+        assert!(
+            has(turning, Property::Rotation) && has(turning, Property::Translation),
+            "{turning}: {found:?}"
+        );
     }
     for bending in ["face", "mouth"] {
         assert!(has(bending, Property::MorphTargetWeights), "{bending}: {found:?}");

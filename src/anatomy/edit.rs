@@ -289,13 +289,6 @@ impl EditMesh {
     /// For every vertex a number that it shares with all that the surface connects it to.
     pub fn components(&self) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.mesh.positions.len() as u32).collect();
-        fn root(parent: &mut [u32], mut v: u32) -> u32 {
-            while parent[v as usize] != v {
-                parent[v as usize] = parent[parent[v as usize] as usize];
-                v = parent[v as usize];
-            }
-            v
-        }
         for corners in &self.mesh.triangles {
             let [a, b, c] = corners.map(|v| root(&mut parent, self.place(v)));
             let least = a.min(b).min(c);
@@ -436,6 +429,15 @@ impl Splitter<'_> {
         });
         (vertex, uv)
     }
+}
+
+/// The number of everything that `v` is joined with.
+fn root(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
 }
 
 /// The edge between two places.

@@ -90,9 +90,10 @@ impl TargetCache {
         let found = (Sha256::digest(payload).as_slice() == checksum)
             .then(|| postcard::from_bytes(payload).ok())
             .flatten();
-        match &found {
-            Some(_) => tracing::info!("{what} taken from {}", path.display()),
-            None => tracing::warn!("{} is damaged, and is made anew", path.display()),
+        if found.is_some() {
+            tracing::info!("{what} taken from {}", path.display());
+        } else {
+            tracing::warn!("{} is damaged, and is made anew", path.display());
         }
         found
     }
@@ -150,7 +151,7 @@ fn key(own: &Mesh, options: &TargetOptions, adapter: &str) -> Option<String> {
     }
     hash.update(postcard::to_stdvec(&mesh).ok()?);
     let digest = hash.finalize();
-    Some(digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    Some(digest.iter().take(16).fold(String::new(), |name, byte| format!("{name}{byte:02x}")))
 }
 
 #[cfg(test)]

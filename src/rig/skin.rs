@@ -79,7 +79,7 @@ impl SkinWarp {
                 }
             }
             for rim in &held {
-                moved[rim.vertex] = rim.value(j, rigid, &controls.rest, &bone);
+                moved[rim.vertex] = rim.value(j, rigid, &controls.rest, bone.as_ref());
             }
             column[..skin].copy_from_slice(&moved[..skin]);
             hang(anatomy, rigid, &moved[skin..], &mut column[skin..]);
@@ -181,7 +181,7 @@ impl HeldVertex {
     }
 
     /// Its entry in column `j`, which is the jaw's column `rigid` or a control's or a lid's.
-    fn value(&self, j: usize, rigid: Option<usize>, rest: &[Point3<f64>], bone: &Option<JawShares>) -> f32 {
+    fn value(&self, j: usize, rigid: Option<usize>, rest: &[Point3<f64>], bone: Option<&JawShares>) -> f32 {
         let pairs = self.controls.iter().zip(self.shares);
         let sum: f64 = match (rigid, bone) {
             (Some(which), Some(bone)) => {
