@@ -156,7 +156,7 @@ fn the_avatar_follows_the_performer() {
     println!("{}", curves::table(&rows));
     for (name, correlation, gains) in [
         ("mouth gap", 0.95, 0.6..1.3),
-        ("mouth width", 0.88, 0.6..1.3),
+        ("mouth width", 0.9, 0.6..1.3),
         ("chin", 0.9, 0.5..1.4),
         ("brows", 0.85, 0.5..1.4),
         ("lids", 0.75, 0.35..1.4),

@@ -45,7 +45,8 @@ impl Transfer {
         let places = levelled.iter().map(|p| Point3::from(to.inverse() * spline.evaluate(p))).collect();
         let maps = match rule {
             TransferRule::Spline => {
-                levelled.iter().map(|p| to.inverse().matrix() * spline.jacobian(p) * from.matrix()).collect()
+                let level = |p| along_sight(spline.jacobian(p));
+                levelled.iter().map(|p| to.inverse().matrix() * level(p) * from.matrix()).collect()
             }
             TransferRule::Thesis => {
                 let turn = (to.inverse() * from).into_inner();
@@ -70,6 +71,14 @@ impl Transfer {
     pub fn place(&self, landmark: usize) -> Point3<f64> {
         self.places[landmark]
     }
+}
+
+/// What moves along the line of sight is inferred, and stays on it: two faces whose depths differ from side to side
+/// would otherwise turn it into a shift that nobody saw, and a dropping jaw into one that swings.
+fn along_sight(mut jacobian: Matrix3<f64>) -> Matrix3<f64> {
+    jacobian[(0, 2)] = 0.0;
+    jacobian[(1, 2)] = 0.0;
+    jacobian
 }
 
 /// f, from the performer's level frame to the target's, fitted on points that both networks place alike.
