@@ -150,7 +150,7 @@ fn pose_james(bencher: Bencher<'_, '_>) {
     let mut target = Target::load(&scan, &options, &gpu, &mut networks.tracker).unwrap();
     let performer = &TAKE.unsmoothed.performer;
     let (face, _) = target.level_with(performer.rest_landmarks(), &mut networks.tracker).unwrap();
-    let rig = Rig::new(performer, &face, target.mesh(), &target.surface, TransferRule::Spline).unwrap();
+    let rig = Rig::new(performer, &face, &target.anatomy, &target.surface, TransferRule::Spline).unwrap();
     let (mut frame, expressions) = (rig.new_frame(), TAKE.expressions());
     let mut next = expressions.iter().cycle();
     bencher.bench_local(|| rig.pose(next.next().unwrap(), &mut frame).unwrap());
