@@ -117,7 +117,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let seconds = takes[take].motion.frames[frame].timestamp.seconds();
         let clip = takes[take].path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         println!("{name}: {clip} at {seconds:.2} s");
-        cells.push((performer(&takes[take], frame, arguments.view, arguments.side)?, format!("{name} - {clip} {seconds:.2} s")));
+        cells.push((
+            performer(&takes[take], frame, arguments.view, arguments.side)?,
+            format!("{name} - {clip} {seconds:.2} s"),
+        ));
     }
     for scan in &arguments.scans {
         let mut target = Target::load(scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
@@ -130,9 +133,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             if !moments.iter().any(|moment| moment.1 == number) {
                 continue;
             }
-            let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-            let rig =
-                Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, TransferRule::Spline)?;
+            let (face, _) =
+                target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
+            let rig = Rig::new(
+                &take.motion.performer,
+                &face,
+                &target.anatomy,
+                &target.surface,
+                TransferRule::Spline,
+            )?;
             let smoothing = Smoothing::Samples4;
             let size = [arguments.side; 2];
             let mut stage =
@@ -164,8 +173,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// For the neutral and every expression: its name, the take and the frame that shows it best.
-fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<(&'static str, usize, usize)>, Box<dyn Error>> {
+/// An expression's name, the take and the frame that shows it.
+type Shown = (&'static str, usize, usize);
+
+/// The neutral, and where every expression is shown best.
+fn choose(takes: &[Take], networks: &mut Networks) -> Result<Vec<Shown>, Box<dyn Error>> {
     let neutral = takes[0].motion.frames.iter().position(|f| f.timestamp >= takes[0].motion.neutral.0);
     let mut best = vec![f64::NEG_INFINITY; MOMENTS.len()];
     let mut chosen = vec![("neutral", 0, neutral.unwrap_or(0))];
@@ -196,7 +208,8 @@ fn performer(take: &Take, frame: usize, view: View, size: u32) -> Result<RgbaIma
         source.read(&mut picture)?;
     }
     let (width, height) = (take.motion.info.width as u32, take.motion.info.height as u32);
-    let image = RgbaImage::from_raw(width, height, picture.image.to_rgba()?).ok_or("the frame has another size")?;
+    let image =
+        RgbaImage::from_raw(width, height, picture.image.to_rgba()?).ok_or("the frame has another size")?;
     let landmarks = take.performance.frames[frame].landmarks.as_ref().ok_or("no face in the frame")?;
     let middle = |indices: &[usize]| {
         indices.iter().map(|&i| landmarks.pixel(i)).sum::<nalgebra::Vector2<f64>>() / indices.len() as f64
@@ -212,8 +225,14 @@ fn performer(take: &Take, frame: usize, view: View, size: u32) -> Result<RgbaIma
     let left = (centre.x - radius).clamp(0.0, f64::from(width) - 2.0) as u32;
     let top = (centre.y - radius).clamp(0.0, f64::from(height) - 2.0) as u32;
     let side = (2.0 * radius) as u32;
-    let cut = imageops::crop_imm(&image, left, top, side.min(width - left), side.min(height - top)).to_image();
-    Ok(imageops::resize(&cut, size, size * cut.height() / cut.width().max(1), imageops::FilterType::CatmullRom))
+    let cut =
+        imageops::crop_imm(&image, left, top, side.min(width - left), side.min(height - top)).to_image();
+    Ok(imageops::resize(
+        &cut,
+        size,
+        size * cut.height() / cut.width().max(1),
+        imageops::FilterType::CatmullRom,
+    ))
 }
 
 /// What the camera looks at on a target: scan frame, millimetres.
@@ -223,6 +242,8 @@ fn frame_of(target: &Target, view: View) -> (Point3<f64>, f64) {
     match view {
         View::Face => (centre, 1.15 * eyes),
         View::Mouth => (nalgebra::center(&at(index::MOUTH_RIGHT), &at(index::MOUTH_LEFT)), 0.45 * eyes),
-        View::Eyes => (nalgebra::center(&at(index::RIGHT_EYE_OUTER), &at(index::LEFT_EYE_OUTER)), 0.62 * eyes),
+        View::Eyes => {
+            (nalgebra::center(&at(index::RIGHT_EYE_OUTER), &at(index::LEFT_EYE_OUTER)), 0.62 * eyes)
+        }
     }
 }

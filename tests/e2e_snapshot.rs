@@ -9,7 +9,8 @@ use common::{animate, asset, finish, folder, james, made};
 /// A wide open mouth, 1.6 s after a calm start.
 const FRAME: u32 = 40;
 
-/// The picture goes through two video encoders and a driver, and may round differently; it may not look different.
+/// The picture goes through two video encoders and a driver, and may round differently; it may not look different:
+/// lips that stay fused are 1.95 levels away, and 0.7 %.
 /// `UPDATE_SNAPSHOTS=1 cargo test --release --test e2e_snapshot` stores it anew.
 #[test]
 fn the_avatar_looks_as_it_did() {
@@ -31,5 +32,5 @@ fn the_avatar_looks_as_it_did() {
     let mean = differences.iter().map(|&d| f64::from(d)).sum::<f64>() / differences.len() as f64;
     let far = differences.iter().filter(|&&d| d > 40).count() as f64 / differences.len() as f64;
     println!("mean difference {mean:.2} levels, {:.2} % above 40", 100.0 * far);
-    assert!(mean < 2.0 && far < 0.02, "mean difference {mean:.2} levels, {:.2} % above 40", 100.0 * far);
+    assert!(mean < 1.0 && far < 0.005, "mean difference {mean:.2} levels, {:.2} % above 40", 100.0 * far);
 }

@@ -1,15 +1,16 @@
 //! Transfer and warp against what must come out of them: a target that is the performer's own face, turned and scaled,
 //! must move as the performer does, turned and scaled.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use understudy::{
+    anatomy::Anatomy,
     assets::Assets,
     head::{Camera, HeadPose, true_turn},
     lift::{Displacements, Expression, Eyes, Performer, frontal_pose},
     pipeline::read_canonical_face,
-    rig::{Rig, TargetFace, TransferRule},
+    rig::{Driver, Rig, TargetFace, TransferRule},
     scan::{Mesh, Surface},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks, index},
 };
@@ -63,7 +64,15 @@ fn pair() -> Pair {
 }
 
 fn rig(pair: &Pair, rule: TransferRule) -> Rig {
-    Rig::new(&pair.performer, &pair.target, &pair.mesh, &pair.surface, rule).unwrap()
+    Rig::new(&pair.performer, &pair.target, &Anatomy::as_scanned(&pair.mesh), &pair.surface, rule).unwrap()
+}
+
+/// What drives the controls of a scan that was not opened.
+fn landmarks(rig: &Rig) -> impl Iterator<Item = usize> {
+    rig.controls().drivers.iter().map(|driver| match driver {
+        Driver::Landmark(landmark) => *landmark,
+        other => panic!("{other:?} drives a scan that is one skin"),
+    })
 }
 
 /// The lower face drops and the brows rise, smoothly over the face.
@@ -100,8 +109,8 @@ fn the_spline_rule_turns_and_scales_motions_with_the_face() {
     let rig = rig(&pair, TransferRule::Spline);
     let expression = expression(&pair.performer);
     let mut controls = rig.new_frame().controls;
-    rig.pose_controls(&expression.displacements, &mut controls);
-    for (control, &landmark) in controls.iter().zip(&rig.controls().landmarks) {
+    rig.pose_controls(&expression, &mut controls);
+    for (control, landmark) in controls.iter().zip(landmarks(&rig)) {
         let wanted = pair.turn * expression.displacements.vectors[landmark] * SCALE;
         let found = Vector3::from(control.map(f64::from));
         assert!((found - wanted).norm() < 0.02 * wanted.norm() + 0.01, "{landmark}: {found} for {wanted}");
@@ -116,7 +125,7 @@ fn vertices_follow_their_controls() {
     let mut frame = rig.new_frame();
     rig.pose(&expression, &mut frame).unwrap();
     let (mut error, mut motion) = (0.0, 0.0);
-    for (control, &landmark) in frame.controls.iter().zip(&rig.controls().landmarks) {
+    for (control, landmark) in frame.controls.iter().zip(landmarks(&rig)) {
         // In this mesh a landmark is the vertex of the same index.
         let moved = Vector3::from(frame.positions[landmark]) - Vector3::from(rig.rest()[landmark]);
         error += (moved - Vector3::from(*control)).norm_squared();
@@ -131,9 +140,9 @@ fn the_thesis_scales_the_lower_face_by_the_mouth_and_copies_the_upper() {
     let rig = rig(&pair, TransferRule::Thesis);
     let expression = expression(&pair.performer);
     let mut controls = rig.new_frame().controls;
-    rig.pose_controls(&expression.displacements, &mut controls);
+    rig.pose_controls(&expression, &mut controls);
     let nose = pair.performer.neutral()[index::NOSE_TIP].y;
-    for (control, &landmark) in controls.iter().zip(&rig.controls().landmarks) {
+    for (control, landmark) in controls.iter().zip(landmarks(&rig)) {
         let ratio = if pair.performer.neutral()[landmark].y < nose { SCALE } else { 1.0 };
         let wanted = expression.displacements.vectors[landmark].norm() * ratio;
         let found = Vector3::from(*control).cast::<f64>().norm();
@@ -164,7 +173,7 @@ fn a_landmark_that_was_not_found_is_carried_over_and_snapped() {
     let lost = 425;
     let truth = pair.target.landmarks[lost].take().unwrap();
     let rig = rig(&pair, TransferRule::Spline);
-    let control = rig.controls().landmarks.iter().position(|&landmark| landmark == lost).unwrap();
+    let control = rig.controls().of_landmark(lost).unwrap();
     let place = rig.controls().rest[control];
     assert!((place - truth).norm() < 2.0, "{place} for {truth}");
     assert!((pair.surface.nearest(place).unwrap().position - place).norm() < 1e-6);

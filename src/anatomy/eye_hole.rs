@@ -1,5 +1,6 @@
 //! Cutting the painted eye out of the skin around it.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point2, Point3};
@@ -11,10 +12,10 @@ use super::{
 };
 
 /// Length of edges at the rim, eye widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.035;
-const EDGE_GROWTH: f64 = 0.3;
+const EDGE: f64 = 0.075;
+const EDGE_GROWTH: f64 = 0.9;
 /// How far around the rim the mesh is refined, eye widths.
-const AROUND: f64 = 0.5;
+const AROUND: f64 = 0.35;
 /// The cut runs this far outside the network's rim, eye widths: the network sees where white ends, not where skin does.
 const DILATION: f64 = 0.02;
 /// Surface farther behind the corners than this is the inside of the head, eye widths.
@@ -38,7 +39,7 @@ pub struct EyeHole {
 }
 
 /// Why an eye could not be cut out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum EyeFault {
     /// Landmarks are missing.
     #[error("its landmarks were not found on the surface")]
@@ -80,22 +81,22 @@ pub fn open(
         eye.upper.iter().chain(&eye.lower).filter_map(|&i| Some(landmarks[i]?.z)).collect();
     depths.sort_by(f64::total_cmp);
     let front = depths[depths.len() / 2];
-    let nearest = front - BEHIND * width;
+    let (nearest, foremost) = (front - BEHIND * width, front + width);
     let margin = AROUND * width;
     let mut patch = edit.patch(
         &Point3::new(low.x - margin, low.y - margin, nearest),
-        &Point3::new(high.x + margin, high.y + margin, front + width),
+        &Point3::new(high.x + margin, high.y + margin, foremost),
     );
     let copy = edit.clone();
     let fine = EDGE * width;
     edit.refine(&mut patch, |p| {
         let away = outline.inside(&p.xy()).abs();
-        if away > margin || p.z < nearest {
+        if away > margin || !(nearest..foremost).contains(&p.z) {
             return f64::INFINITY;
         }
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
-    let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest);
+    let on = edit.embed(&mut patch, |p| outline.inside(&p.xy()), |p| p.z > nearest && p.z < foremost);
     let strays = strays(edit, &patch, &outline);
     let is_inside = |triangle: u32| {
         if strays.contains(&triangle) {
@@ -122,8 +123,7 @@ pub fn open(
         return Err(EyeFault::OffSurface);
     }
     edit.detach(&cut_out, &shared);
-    let painted: BTreeSet<u32> =
-        cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
+    let painted: BTreeSet<u32> = cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
     Ok(EyeHole {
         outline,
         corners: [outer, inner],
@@ -152,7 +152,8 @@ fn dilated(upper: &[Point2<f64>], lower: &[Point2<f64>], width: f64) -> Outline 
     let mut curve = smooth_curve(upper, STEPS);
     let below = smooth_curve(lower, STEPS);
     curve.extend(below[1..below.len() - 1].iter().rev());
-    let middle = Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
+    let middle =
+        Point2::from(curve.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / curve.len() as f64);
     let (outer, inner) = (upper[0], upper[upper.len() - 1]);
     let axis = (inner - outer) / (inner - outer).norm_squared();
     let count = curve.len();

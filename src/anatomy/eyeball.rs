@@ -178,7 +178,8 @@ impl Seen {
                 }
             }
         }
-        let rings = sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum.map(|c| c / count))).collect();
+        let rings =
+            sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum.map(|c| c / count))).collect();
         white.sort_by(|a, b| luma(&b.1).total_cmp(&luma(&a.1)));
         // The brighter half: the rest lies in the lid's shadow.
         let bright = &white[..white.len() / 2];
@@ -229,7 +230,10 @@ impl Painter<'_> {
         if share > 1.1 {
             return white;
         }
-        let iris = self.mirrored(place, width).or_else(|| self.seen.ring(share)).unwrap_or_else(|| default_iris(share));
+        let iris = self
+            .mirrored(place, width)
+            .or_else(|| self.seen.ring(share))
+            .unwrap_or_else(|| default_iris(share));
         // A soft limbus.
         mix(iris, white, smooth(((share - 0.93) / 0.17).clamp(0.0, 1.0)))
     }

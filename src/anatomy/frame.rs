@@ -1,6 +1,7 @@
 //! The face's own axes, in which its anatomy is laid out.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::tracking::index;
 
@@ -10,7 +11,7 @@ const LEAN: f64 = 0.16;
 
 /// Axes of one face: x to the subject's left along the eyes, y up, z out of the face; origin amid the outer eye corners.
 /// Millimetres, as the scan frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FaceFrame {
     /// From the scan frame to the face's axes.
     to_face: Isometry3<f64>,

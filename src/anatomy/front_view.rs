@@ -28,9 +28,7 @@ impl FrontView {
         let (s, t) = (column.fract(), row.fract());
         let pixel = |x: u32, y: u32| self.picture.get_pixel(x, y).0.map(|byte| f64::from(byte) / 255.0);
         let (a, b, c, d) = (pixel(left, top), pixel(right, top), pixel(left, bottom), pixel(right, bottom));
-        std::array::from_fn(|k| {
-            (a[k] * (1.0 - s) + b[k] * s) * (1.0 - t) + (c[k] * (1.0 - s) + d[k] * s) * t
-        })
+        std::array::from_fn(|k| (a[k] * (1.0 - s) + b[k] * s) * (1.0 - t) + (c[k] * (1.0 - s) + d[k] * s) * t)
     }
 
     /// Luma at (x, y), 0..=1.

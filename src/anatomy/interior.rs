@@ -2,6 +2,7 @@
 //!
 //! All sizes are shares of the mouth's width. Simple shapes, since little light gets there.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
@@ -11,7 +12,9 @@ use super::{lip_line::LipLine, part::PartMesh};
 /// Depth of the cavity.
 const DEPTH: f64 = 0.95;
 /// Its rows, from the rim (0) to the throat (1).
-const CAVITY_ROWS: [f64; 9] = [0.0, 0.04, 0.1, 0.18, 0.3, 0.45, 0.62, 0.8, 1.0];
+const CAVITY_ROWS: [f64; 7] = [0.0, 0.05, 0.13, 0.26, 0.45, 0.7, 1.0];
+/// Points of each rim from which it hangs.
+const RING: usize = 29;
 /// Half its height and how much wider than the rim it gets.
 const CAVITY_HEIGHT: f64 = 0.30;
 const CAVITY_WIDENING: f64 = 0.25;
@@ -44,7 +47,7 @@ pub(super) const TONGUE_BAND: [f64; 2] = [0.75, 1.0];
 pub(super) const DEEP: [f32; 2] = [0.5, 0.90];
 
 /// A vertex of the cavity hangs on the lips and on the bone above or below.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hanging {
     /// Which of the ring's points it moves with.
     pub ring: usize,
@@ -55,7 +58,7 @@ pub struct Hanging {
 }
 
 /// A point of the ring around the opening from which the cavity hangs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RingPoint {
     /// Where it rests.
     pub place: Point3<f64>,
@@ -85,8 +88,9 @@ impl Interior {
     /// millimetres, all in the axes of the face.
     pub fn new(line: &LipLine, upper: &[Point3<f64>], lower: &[Point3<f64>], mouth: f64) -> Self {
         let arch = Arch::new(line, upper, mouth);
-        let ring = ring(upper, lower);
-        let (cavity, hanging) = cavity(&ring, upper.len(), mouth);
+        let (above, below) = (evenly(upper), evenly(lower));
+        let ring = ring(&above, &below);
+        let (cavity, hanging) = cavity(&ring, above.len(), mouth);
         Self {
             cavity,
             ring,
@@ -96,6 +100,24 @@ impl Interior {
             tongue: tongue(&arch),
         }
     }
+}
+
+/// A few points along a rim: the cavity needs fewer than the skin.
+fn evenly(rim: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let mut lengths = vec![0.0];
+    for pair in rim.windows(2) {
+        lengths.push(lengths[lengths.len() - 1] + (pair[1] - pair[0]).norm());
+    }
+    let total = lengths[lengths.len() - 1];
+    (0..RING)
+        .map(|i| {
+            let wanted = total * i as f64 / (RING - 1) as f64;
+            let right = lengths.partition_point(|l| *l < wanted).clamp(1, rim.len() - 1);
+            let (a, b) = (lengths[right - 1], lengths[right]);
+            let t = if b > a { (wanted - a) / (b - a) } else { 0.0 };
+            rim[right - 1] + (rim[right] - rim[right - 1]) * t
+        })
+        .collect()
 }
 
 /// Round the rims: above from the subject's right to the left, back below, and closed.
@@ -253,7 +275,8 @@ fn teeth(
     columns.push((1.0, 1.0, 5));
     let places = arch.evenly(ARCH * mouth * narrow, &columns.iter().map(|c| c.0).collect::<Vec<_>>());
     // Rows: gum, neck, belly, towards the edge, edge, and up again behind it.
-    let rows = [(0.0, 0.0), (0.5, 0.35), (1.0, 0.6), (1.25, 0.9), (1.5, 1.0), (1.75, 0.85), (1.93, 0.5), (2.0, 0.1)];
+    let rows =
+        [(0.0, 0.0), (0.5, 0.35), (1.0, 0.6), (1.25, 0.9), (1.5, 1.0), (1.75, 0.85), (1.93, 0.5), (2.0, 0.1)];
     let behind = [(1.97, -0.25), (1.7, -0.7), (1.0, -1.0)];
     let mut grid = Vec::new();
     for (row, &(down, bulge)) in rows.iter().chain(&behind).enumerate() {
@@ -267,10 +290,12 @@ fn teeth(
                 let edge = edge + (neck - edge) * (short + corner);
                 let scallop = 0.12 * (neck - edge) * in_tooth * in_tooth;
                 let neck = neck - scallop;
-                let y = if down < 1.0 { gum + (neck - gum) * down } else { neck + (edge - neck) * (down - 1.0) };
+                let y =
+                    if down < 1.0 { gum + (neck - gum) * down } else { neck + (edge - neck) * (down - 1.0) };
                 let round = 1.0 - in_tooth.powi(4);
                 let tooth_side = if row < 2 { 0.6 } else { 0.55 + 0.45 * round };
-                let out = if bulge >= 0.0 { 0.045 * mouth * bulge * tooth_side } else { THICKNESS * mouth * bulge };
+                let out =
+                    if bulge >= 0.0 { 0.045 * mouth * bulge * tooth_side } else { THICKNESS * mouth * bulge };
                 let p = arch.at(x, y, -(BEHIND_LIPS + back) * mouth) + arch.outwards(x) * out;
                 let t = (row as f64 / (rows.len() + behind.len() - 1) as f64).min(1.0);
                 (p, texture_place(band, share, t))

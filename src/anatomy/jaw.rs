@@ -1,6 +1,7 @@
 //! The jaw: a rigid bone that turns about the condyles, slides sideways and forward.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::FaceFrame;
 
@@ -17,7 +18,7 @@ const TRUST: [f64; 3] = [1.0, 1.0, 0.15];
 const STAY: f64 = 0.6;
 
 /// Where one face's jaw turns. Scan frame, millimetres.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Jaw {
     /// The middle between the condyles.
     pub pivot: Point3<f64>,
@@ -69,7 +70,8 @@ impl Jaw {
             let mut gradient = Vector3::zeros();
             for (arm, wanted) in seen.clone() {
                 let moved: Vector3<f64> = rotation * arm;
-                let residual = (wanted - (moved + Vector3::z() * pose.protrusion - arm)).component_mul(&trust);
+                let residual =
+                    (wanted - (moved + Vector3::z() * pose.protrusion - arm)).component_mul(&trust);
                 // Opening turns about +x, swing about +y, both applied to what has been turned already.
                 let columns = [Vector3::x().cross(&moved), Vector3::y().cross(&moved), Vector3::z()];
                 let jacobian = Matrix3::from_columns(&columns.map(|c| c.component_mul(&trust)));

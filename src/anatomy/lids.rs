@@ -4,12 +4,14 @@
 //! and the lower rim a little up until both lie on one line, no nearer to the axis than the ball; skin between rim and
 //! brow follows less and less, so the lid's texture is that of the fold above it. The ball and its iris stay.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    edit::{Distances, EditMesh},
+    distances::Distances,
+    edit::EditMesh,
     eye_hole::EyeHole,
     eyeball::{Eyeball, smooth},
     regions::EyeLandmarks,
@@ -38,7 +40,7 @@ const FARTHEST: f64 = 2.2;
 pub const CLOSURES: [f64; 5] = [-0.35, 0.25, 0.5, 0.75, 1.0];
 
 /// How the skin around one eye moves with its closure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LidShapes {
     /// The vertices that move, ascending.
     pub vertices: Vec<u32>,
@@ -131,7 +133,11 @@ impl Rim {
         let (a, b) = (points[right - 1], points[right]);
         let width = b.along - a.along;
         let t = if width > 1e-12 { ((along - a.along) / width).clamp(0.0, 1.0) } else { 0.0 };
-        Polar { along, angle: a.angle + (b.angle - a.angle) * t, distance: a.distance + (b.distance - a.distance) * t }
+        Polar {
+            along,
+            angle: a.angle + (b.angle - a.angle) * t,
+            distance: a.distance + (b.distance - a.distance) * t,
+        }
     }
 }
 
@@ -237,11 +243,10 @@ impl Following {
     ) -> Self {
         let (low, high) = hole.outline.bounds();
         let depth = hole.corners[0].z.min(hole.corners[1].z);
-        let patch: Vec<u32> = edit
-            .patch(
-                &Point3::new(low.x - 0.2 * width, low.y - width, depth - width),
-                &Point3::new(high.x + 0.2 * width, high.y + 1.2 * width, depth + width),
-            );
+        let patch: Vec<u32> = edit.patch(
+            &Point3::new(low.x - 0.2 * width, low.y - width, depth - width),
+            &Point3::new(high.x + 0.2 * width, high.y + 1.2 * width, depth + width),
+        );
         let length = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
         let from_upper = Distances::from(edit, &patch, upper, length);
         let from_lower = Distances::from(edit, &patch, lower, length);

@@ -20,7 +20,7 @@ const STRAY: f64 = 0.5;
 /// The price of a step of one row between neighbouring columns.
 const STEP: f64 = 0.02;
 /// What a crease of slope 1 on both sides is worth, in relative luma.
-const CREASE: f64 = 0.25;
+const CREASE: f64 = 0.35;
 /// A line that is not cheaper than its surroundings by this much says nothing: then the landmarks stay as they are.
 const CONTRAST: f64 = 0.05;
 
@@ -137,7 +137,7 @@ impl LipLine {
                 let p = middle + up * shift(row);
                 let z = |offset: f64| depth(p.x + up.x * offset, p.y + up.y * offset);
                 if let (Some(above), Some(here), Some(below)) = (z(arm), z(0.0), z(-arm)) {
-                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-1.0, 1.0);
+                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-2.0, 2.0);
                 }
                 brightness[i][row] = luma.map_or(0.0, |luma| luma(p.x, p.y));
             }
@@ -145,14 +145,13 @@ impl LipLine {
         let mut all: Vec<f64> = brightness.iter().flatten().copied().collect();
         all.sort_by(f64::total_cmp);
         let usual = all[all.len() / 2].max(1e-3);
-        let cost = |i: usize, row: usize| {
-            brightness[i][row] / usual - CREASE * crease[i][row]
-        };
-        let price =
-            |i: usize, row: usize| cost(i, row) + STRAY * (shift(row) / (REACH * mouth)).powi(2);
+        let cost = |i: usize, row: usize| brightness[i][row] / usual - CREASE * crease[i][row];
+        let price = |i: usize, row: usize| cost(i, row) + STRAY * (shift(row) / (REACH * mouth)).powi(2);
         let path = cheapest_rows(price);
-        let on_path: f64 = path.iter().enumerate().map(|(i, &row)| cost(i, row)).sum::<f64>() / COLUMNS as f64;
-        let mut costs: Vec<f64> = (0..COLUMNS).flat_map(|i| (0..ROWS).map(move |row| (i, row))).map(|(i, r)| cost(i, r)).collect();
+        let on_path: f64 =
+            path.iter().enumerate().map(|(i, &row)| cost(i, row)).sum::<f64>() / COLUMNS as f64;
+        let mut costs: Vec<f64> =
+            (0..COLUMNS).flat_map(|i| (0..ROWS).map(move |row| (i, row))).map(|(i, r)| cost(i, r)).collect();
         costs.sort_by(f64::total_cmp);
         if costs[costs.len() / 2] - on_path < CONTRAST {
             return;
@@ -177,12 +176,12 @@ fn column(ends: [f64; 2], i: usize) -> f64 {
 fn cheapest_rows(price: impl Fn(usize, usize) -> f64) -> Vec<usize> {
     let mut total: Vec<f64> = (0..ROWS).map(|row| price(0, row)).collect();
     let mut from = vec![[0_usize; ROWS]; COLUMNS];
-    for i in 1..COLUMNS {
+    for (i, from) in from.iter_mut().enumerate().skip(1) {
         let next = (0..ROWS)
             .map(|row| {
                 let step = |before: usize| total[before] + STEP * (before as f64 - row as f64).powi(2);
                 let best = (0..ROWS).min_by(|&a, &b| step(a).total_cmp(&step(b))).unwrap_or(row);
-                from[i][row] = best;
+                from[row] = best;
                 step(best) + price(i, row)
             })
             .collect();

@@ -1,10 +1,12 @@
 //! Opening the lips: refine, embed the lip line, find the way along it, cut.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::Range};
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{
+    distances::Distances,
     edit::{EditMesh, triangle_edges},
     lip_line::LipLine,
     regions::{INNER_CORNERS, LOWER_INNER, UPPER_INNER},
@@ -12,10 +14,10 @@ use super::{
 };
 
 /// Length of edges at the line, mouth widths, and how fast it may grow away from it.
-const EDGE: f64 = 0.03;
-const EDGE_GROWTH: f64 = 0.35;
+const EDGE: f64 = 0.045;
+const EDGE_GROWTH: f64 = 1.0;
 /// How far around the line the mesh is refined, mouth widths.
-const AROUND: f64 = 0.35;
+const AROUND: f64 = 0.25;
 /// Surface farther behind the lips than this is the back of the head or the throat, mouth widths.
 const BEHIND: f64 = 0.5;
 /// The way over the skin from lip to lip is longer than this, in straight distances, where a mouth is open already.
@@ -43,7 +45,7 @@ pub enum Lips {
 }
 
 /// Why the lips could not be opened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum LipFault {
     /// The line leaves the surface.
     #[error("the lip line leaves the surface")]
@@ -73,17 +75,17 @@ pub fn open(
         .collect();
     depths.sort_by(f64::total_cmp);
     let front = *depths.get(depths.len() / 2).ok_or(LipFault::OffSurface)?;
-    let nearest = front - BEHIND * mouth;
+    let depths = front - BEHIND * mouth..front + mouth;
     let reach = AROUND * mouth;
     let ends = line.ends.map(|end| line.place(end));
-    let low = Point3::new(ends[0].x - 2.0 * reach, ends[0].y.min(ends[1].y) - 2.0 * reach, nearest);
-    let high = Point3::new(ends[1].x + 2.0 * reach, ends[0].y.max(ends[1].y) + 2.0 * reach, front + mouth);
+    let low = Point3::new(ends[0].x - 2.0 * reach, ends[0].y.min(ends[1].y) - 2.0 * reach, depths.start);
+    let high = Point3::new(ends[1].x + 2.0 * reach, ends[0].y.max(ends[1].y) + 2.0 * reach, depths.end);
     let mut patch = edit.patch(&low, &high);
     if patch.is_empty() {
         return Err(LipFault::OffSurface);
     }
     separate(edit, &patch, line, mouth);
-    if is_open(edit, &patch, landmarks, nearest)? {
+    if is_open(edit, &patch, landmarks, depths.start)? {
         if let Some(ends) = opening(edit, &patch, line, front, mouth) {
             line.shortened(ends);
         }
@@ -91,7 +93,7 @@ pub fn open(
     }
 
     let copy = edit.clone();
-    let opened = open_fused(edit, &mut patch, line, mouth, nearest);
+    let opened = open_fused(edit, &mut patch, line, mouth, &depths);
     if opened.is_err() {
         *edit = copy;
     }
@@ -147,13 +149,7 @@ fn separate(edit: &mut EditMesh, patch: &[u32], line: &LipLine, mouth: f64) {
 }
 
 /// How far a sheet of surface rises, on average, as it leaves a place: an overhanging lip first leads downwards.
-fn rise(
-    edit: &EditMesh,
-    sheet: &[u32],
-    place: u32,
-    mouth: f64,
-    neighbours: &dyn Fn(u32) -> Vec<u32>,
-) -> f64 {
+fn rise(edit: &EditMesh, sheet: &[u32], place: u32, mouth: f64, neighbours: &dyn Fn(u32) -> Vec<u32>) -> f64 {
     let start = *edit.at(place);
     let middle = |triangle: u32| {
         Point3::from(edit.corners(triangle).map(|c| edit.at(c).coords).iter().sum::<Vector3<f64>>() / 3.0)
@@ -190,7 +186,7 @@ fn is_open(
         (p.z.min(q.z) > nearest).then(|| (p - q).norm())
     };
     let straight = (edit.at(from) - edit.at(to)).norm();
-    let way = edit.cheapest_path(patch, from, to, price);
+    let way = Distances::from(edit, patch, &[from], price).way_to(to);
     let detour = way.map_or(f64::INFINITY, |(_, length)| length / straight.max(1e-9));
     tracing::info!("from lip to lip the skin takes {detour:.2} times the straight way");
     Ok(detour > DETOUR)
@@ -211,16 +207,14 @@ fn opening(edit: &EditMesh, patch: &[u32], line: &LipLine, front: f64, mouth: f6
         let at = |p: nalgebra::Point2<f64>| closest(Point3::new(p.x, p.y, front + ACROSS * mouth));
         let (Some(above), Some(below)) = (at(middle + up), at(middle - up)) else { return false };
         let price = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
-        let way = edit.cheapest_path(patch, above, below, price);
+        let way = Distances::from(edit, patch, &[above], price).way_to(below);
         let straight = (edit.at(above) - edit.at(below)).norm().max(ACROSS * mouth);
         way.is_none_or(|(_, length)| length > NARROW_DETOUR * straight)
     };
     let open: Vec<f64> =
         (0..=STEPS).map(|i| line.ends[0] + step * i as f64).filter(|&along| parts(along)).collect();
     let (first, last) = (*open.first()?, *open.last()?);
-    (last - first > 0.3 * mouth).then(|| {
-        [(first - step).max(line.ends[0]), (last + step).min(line.ends[1])]
-    })
+    (last - first > 0.3 * mouth).then(|| [(first - step).max(line.ends[0]), (last + step).min(line.ends[1])])
 }
 
 fn open_fused(
@@ -228,7 +222,7 @@ fn open_fused(
     patch: &mut Vec<u32>,
     line: &LipLine,
     mouth: f64,
-    nearest: f64,
+    depths: &Range<f64>,
 ) -> Result<Slit, LipFault> {
     let fine = EDGE * mouth;
     let beyond = |p: &Point3<f64>| {
@@ -237,13 +231,13 @@ fn open_fused(
     };
     edit.refine(patch, |p| {
         let away = line.above(p).abs().max(beyond(p));
-        if away > AROUND * mouth || p.z < nearest {
+        if away > AROUND * mouth || !depths.contains(&p.z) {
             return f64::INFINITY;
         }
         fine + EDGE_GROWTH * (away - fine).max(0.0)
     });
     let level = |p: &Point3<f64>| line.above(p);
-    let on = edit.embed(patch, level, |p| beyond(p) <= 0.0 && p.z > nearest);
+    let on = edit.embed(patch, level, |p| beyond(p) <= 0.0 && depths.contains(&p.z));
     let end = |along: f64| {
         // Of the sheets of a folded lip the foremost one.
         let off = |place: &u32| {
@@ -264,9 +258,9 @@ fn open_fused(
             return Some(0.3 * length);
         }
         let off = line.above(p).abs().max(line.above(q).abs()) / fine;
-        (p.z.min(q.z) > nearest).then(|| length * (1.0 + 4.0 * off * off))
+        (p.z.min(q.z) > depths.start).then_some(length * (1.0 + 4.0 * off * off))
     };
-    let (path, _) = edit.cheapest_path(patch, start, stop, price).ok_or(LipFault::Broken)?;
+    let (path, _) = Distances::from(edit, patch, &[start], price).way_to(stop).ok_or(LipFault::Broken)?;
     let followed = path.iter().filter(|place| on.contains(place)).count();
     if (followed as f64) < ON_LINE * path.len() as f64 {
         return Err(LipFault::Broken);

@@ -85,7 +85,8 @@ mod tests {
 
     #[test]
     fn a_square_knows_inside_from_outside() {
-        let square = Outline::new([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(Point2::from).to_vec());
+        let square =
+            Outline::new([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(Point2::from).to_vec());
         assert!((square.inside(&Point2::new(1.0, 2.0)) - 1.0).abs() < 1e-12);
         assert!((square.inside(&Point2::new(-3.0, 2.0)) + 3.0).abs() < 1e-12);
         assert!((square.inside(&Point2::new(7.0, 8.0)) + 5.0).abs() < 1e-12);

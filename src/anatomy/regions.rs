@@ -1,11 +1,9 @@
 //! Which of the network's landmarks bound the mouth and the eyes. Right and left are the subject's.
 
+pub use crate::tracking::index::{LOWER_INNER, UPPER_INNER};
+
 use crate::lift::Side;
 
-/// Inner rim of the upper lip between the corners, from the subject's right to the left.
-pub const UPPER_INNER: [usize; 9] = [191, 80, 81, 82, 13, 312, 311, 310, 415];
-/// Inner rim of the lower lip; each stands below its partner in [`UPPER_INNER`].
-pub const LOWER_INNER: [usize; 9] = [95, 88, 178, 87, 14, 317, 402, 318, 324];
 /// Inner corners of the mouth, right and left.
 pub const INNER_CORNERS: [usize; 2] = [78, 308];
 /// Outer corners of the mouth, right and left.
@@ -13,13 +11,13 @@ pub const OUTER_CORNERS: [usize; 2] = [61, 291];
 
 /// The upper lip but its inner rim: outer rim and the two rows between.
 pub const UPPER_LIP: [usize; 27] = [
-    185, 40, 39, 37, 0, 267, 269, 270, 409, 184, 74, 73, 72, 11, 302, 303, 304, 408, 183, 42, 41, 38, 12, 268,
-    271, 272, 407,
+    185, 40, 39, 37, 0, 267, 269, 270, 409, 184, 74, 73, 72, 11, 302, 303, 304, 408, 183, 42, 41, 38, 12,
+    268, 271, 272, 407,
 ];
 /// The lower lip but its inner rim.
 pub const LOWER_LIP: [usize; 27] = [
-    146, 91, 181, 84, 17, 314, 405, 321, 375, 77, 90, 180, 85, 16, 315, 404, 320, 307, 96, 89, 179, 86, 15, 316,
-    403, 319, 325,
+    146, 91, 181, 84, 17, 314, 405, 321, 375, 77, 90, 180, 85, 16, 315, 404, 320, 307, 96, 89, 179, 86, 15,
+    316, 403, 319, 325,
 ];
 /// Both corners, outer to inner.
 pub const CORNERS: [usize; 8] = [61, 76, 62, 78, 291, 306, 292, 308];
@@ -28,14 +26,14 @@ pub const CORNERS: [usize; 8] = [61, 76, 62, 78, 291, 306, 292, 308];
 pub const CHIN: [usize; 12] = [152, 148, 377, 176, 400, 149, 378, 175, 199, 200, 171, 396];
 /// Chin and front of the jaw: they move as the bone does.
 pub const ON_JAW: [usize; 33] = [
-    152, 148, 377, 176, 400, 149, 378, 150, 379, 199, 175, 200, 18, 83, 313, 182, 406, 201, 421, 194, 418, 208,
-    428, 171, 396, 140, 369, 32, 262, 211, 431, 204, 424,
+    152, 148, 377, 176, 400, 149, 378, 150, 379, 199, 175, 200, 18, 83, 313, 182, 406, 201, 421, 194, 418,
+    208, 428, 171, 396, 140, 369, 32, 262, 211, 431, 204, 424,
 ];
 /// Cheeks and jaw line between what moves with the jaw and what does not.
 pub const BETWEEN_JAW_AND_SKULL: [usize; 64] = [
-    132, 58, 172, 136, 361, 288, 397, 365, 93, 323, 215, 435, 138, 367, 177, 401, 147, 376, 213, 433, 192, 416,
-    214, 434, 207, 427, 187, 411, 212, 432, 202, 422, 57, 287, 186, 410, 43, 273, 106, 335, 210, 430, 135, 364,
-    169, 394, 170, 395, 216, 436, 206, 426, 92, 322, 165, 391, 61, 291, 76, 306, 62, 292, 78, 308,
+    132, 58, 172, 136, 361, 288, 397, 365, 93, 323, 215, 435, 138, 367, 177, 401, 147, 376, 213, 433, 192,
+    416, 214, 434, 207, 427, 187, 411, 212, 432, 202, 422, 57, 287, 186, 410, 43, 273, 106, 335, 210, 430,
+    135, 364, 169, 394, 170, 395, 216, 436, 206, 426, 92, 322, 165, 391, 61, 291, 76, 306, 62, 292, 78, 308,
 ];
 
 /// The landmarks of one eye.
@@ -103,6 +101,10 @@ mod tests {
         let (right, left) = (eye_landmarks(Side::Right), eye_landmarks(Side::Left));
         let pairs = right.upper.iter().zip(&left.upper).chain(right.lower.iter().zip(&left.lower));
         assert!(pairs.chain(right.brow.iter().zip(&left.brow)).all(|(&r, &l)| table[r].mirror == l));
-        assert!(is(&right.upper, Region::Lids) && is(&right.lower, Region::Lids) && is(&right.brow, Region::Brows));
+        assert!(
+            is(&right.upper, Region::Lids)
+                && is(&right.lower, Region::Lids)
+                && is(&right.brow, Region::Brows)
+        );
     }
 }

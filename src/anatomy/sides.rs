@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 
 use super::{
-    edit::{Distances, EditMesh},
+    distances::Distances,
+    edit::EditMesh,
     lip_line::LipLine,
     lips::Lips,
     regions::{LOWER_LIP, UPPER_LIP},

@@ -1,9 +1,11 @@
 //! Cutting a surface open along a path of its edges.
 
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
 
+use super::disjoint::DisjointSets;
 use super::edit::{Edge, EditMesh, ordered, triangle_edges};
 
 /// The two rims of a cut, place by place from one end to the other. They share both ends.
@@ -16,7 +18,7 @@ pub struct Slit {
 }
 
 /// Why a path cannot be cut open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum SlitFault {
     /// Fewer than three places.
     #[error("the line is too short")]
@@ -65,31 +67,23 @@ pub fn cut(
 
 /// Triangles joined across edges that touch `inner` and are not `along` the path.
 fn sides(mesh: &EditMesh, around: &[u32], inner: &BTreeSet<u32>, along: &BTreeSet<Edge>) -> Vec<Vec<u32>> {
-    let mut parent: Vec<usize> = (0..around.len()).collect();
-    fn root(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        i
-    }
-    let mut first: BTreeMap<Edge, usize> = BTreeMap::new();
-    for (i, &triangle) in around.iter().enumerate() {
+    let mut sets = DisjointSets::new(around.len());
+    let mut first: BTreeMap<Edge, u32> = BTreeMap::new();
+    for (i, &triangle) in (0_u32..).zip(around) {
         for edge in triangle_edges(mesh.corners(triangle)) {
             if along.contains(&edge) || !(inner.contains(&edge.0) || inner.contains(&edge.1)) {
                 continue;
             }
             if let Some(&other) = first.get(&edge) {
-                let (a, b) = (root(&mut parent, i), root(&mut parent, other));
-                parent[a.max(b)] = a.min(b);
+                sets.join(i, other);
             } else {
                 first.insert(edge, i);
             }
         }
     }
-    let mut sides: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (i, &triangle) in around.iter().enumerate() {
-        sides.entry(root(&mut parent, i)).or_default().push(triangle);
+    let mut sides: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, &triangle) in (0_u32..).zip(around) {
+        sides.entry(sets.least(i)).or_default().push(triangle);
     }
     sides.into_values().collect()
 }
@@ -104,6 +98,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::anatomy::distances::Distances;
     use crate::scan::Mesh;
 
     /// A sheet of n × n quads over −1..=1, each vertex moved by up to `jitter` of a quad.
@@ -114,7 +109,8 @@ mod tests {
             for i in 0..=n {
                 let k = (j * (n + 1) + i) as usize;
                 let off = |at: usize| jitter.get(at % jitter.len().max(1)).copied().unwrap_or(0.0) * step;
-                let (x, y) = (f64::from(i) * step - 1.0 + off(2 * k), f64::from(j) * step - 1.0 + off(2 * k + 1));
+                let (x, y) =
+                    (f64::from(i) * step - 1.0 + off(2 * k), f64::from(j) * step - 1.0 + off(2 * k + 1));
                 mesh.positions.push(Point3::new(x, y, 0.2 * (x * x)));
                 mesh.uvs.push([x as f32, y as f32]);
             }
@@ -145,8 +141,9 @@ mod tests {
             let off = |p: u32| (edit.at(p).x - x).abs();
             *on.iter().min_by(|&&a, &&b| off(a).total_cmp(&off(b))).unwrap()
         };
-        let price = |a: u32, b: u32| (on.contains(&a) && on.contains(&b)).then(|| (edit.at(a) - edit.at(b)).norm());
-        let (path, _) = edit.cheapest_path(&patch, end(-0.6), end(0.6), price).unwrap();
+        let price =
+            |a: u32, b: u32| (on.contains(&a) && on.contains(&b)).then(|| (edit.at(a) - edit.at(b)).norm());
+        let (path, _) = Distances::from(&edit, &patch, &[end(-0.6)], price).way_to(end(0.6)).unwrap();
         let slit = cut(&mut edit, &patch, &path, line);
         (edit, slit)
     }

@@ -1,9 +1,10 @@
 //! What the eyes do: how far each lid has closed, and where each eye looks.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// The subject's side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Side {
     /// The subject's right.
     Right,

@@ -10,7 +10,11 @@ use nalgebra::{Point3, Rotation3, Vector2, Vector3};
 use super::{Displacements, LiftError};
 use crate::{
     head::{Camera, HeadPose, PoseSolver},
-    tracking::{LANDMARK_COUNT, Landmarks, Region, SKIN_LANDMARK_COUNT, index, landmark_table},
+    tracking::{
+        LANDMARK_COUNT, Landmarks, Region, SKIN_LANDMARK_COUNT,
+        index::{self, LOWER_INNER, UPPER_INNER},
+        landmark_table,
+    },
 };
 
 /// How far the front of the eyeball stands before the line through the eye's corners, millimetres.
@@ -29,6 +33,8 @@ pub struct Performer {
     rest_landmarks: Landmarks,
     /// What the network's depth says of the neutral beyond the neutral's own depth, millimetres.
     depth_bias: Vec<f64>,
+    /// How far apart the network sees the pairs of the lips' inner rims while neutral, millimetres.
+    closed_lips: [f64; UPPER_INNER.len()],
 }
 
 impl Performer {
@@ -63,9 +69,11 @@ impl Performer {
             rest,
             rest_landmarks: (*middle).clone(),
             depth_bias: vec![0.0; LANDMARK_COUNT],
+            closed_lips: [0.0; UPPER_INNER.len()],
         };
         performer.settle();
         performer.average_in(neutral_frames)?;
+        performer.closed_lips = performer.widest_lips(neutral_frames)?;
         Ok(performer)
     }
 
@@ -77,6 +85,12 @@ impl Performer {
     /// The head's pose while neutral.
     pub fn rest(&self) -> &HeadPose {
         &self.rest
+    }
+
+    /// For each pair of the lips' inner rims the gap that the network seldom exceeds while neutral, millimetres in the level
+    /// frame: it never sees lips quite shut.
+    pub fn closed_lips(&self) -> &[f64; UPPER_INNER.len()] {
+        &self.closed_lips
     }
 
     /// The network's landmarks of the neutral.
@@ -166,6 +180,23 @@ impl Performer {
     fn settle(&mut self) {
         let weights = landmark_table().iter().map(|facts| facts.pose_weight).collect();
         self.solver = PoseSolver::new(*self.camera(), self.neutral.clone(), weights);
+    }
+
+    /// The gap of each pair that nine neutral frames of ten stay below.
+    fn widest_lips(&self, frames: &[&Landmarks]) -> Result<[f64; UPPER_INNER.len()], LiftError> {
+        let up = self.level().inverse() * Vector3::y();
+        let mut gaps = vec![Vec::with_capacity(frames.len()); UPPER_INNER.len()];
+        for frame in frames {
+            let pose = self.pose(frame, Some(&self.rest))?;
+            for ((gaps, upper), lower) in gaps.iter_mut().zip(UPPER_INNER).zip(LOWER_INNER) {
+                let apart = self.lift_flat(frame, &pose, upper) - self.lift_flat(frame, &pose, lower);
+                gaps.push(apart.dot(&up));
+            }
+        }
+        for gaps in &mut gaps {
+            gaps.sort_by(f64::total_cmp);
+        }
+        Ok(std::array::from_fn(|pair| gaps[pair][(frames.len() - 1) * 9 / 10]))
     }
 
     /// Moves the neutral, and how the network sees it, to the mean over all neutral frames.

@@ -95,15 +95,8 @@ pub fn write_avatar_glb(path: &Path, target: &Target) -> Result<(), PipelineErro
 pub fn expression_sheet(gpu: &Gpu, target: &Target) -> Result<RgbaImage, PipelineError> {
     let puppet = puppet(target)?;
     let level = nalgebra::Rotation3::identity();
-    let mut stage = Stage::new(
-        gpu,
-        target,
-        &level,
-        [SIDE; 2],
-        Look::default(),
-        HeadMode::Still,
-        Smoothing::Samples4,
-    )?;
+    let mut stage =
+        Stage::new(gpu, target, &level, [SIDE; 2], Look::default(), HeadMode::Still, Smoothing::Samples4)?;
     let still = JawPose::default();
     let open = Eyes::default();
     let acts = [

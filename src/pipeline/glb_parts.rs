@@ -82,9 +82,9 @@ impl AvatarParts {
             let morphs = if is_soft { morphs(part, names, shapes) } else { Vec::new() };
             let pivot = pivot(target, part.kind).map_or_else(Point3::origin, |pivot| export.point(&pivot));
             let moves = !matches!(part.kind, PartKind::Skin | PartKind::Cavity | PartKind::UpperTeeth);
-            let keys = bones.filter(|_| moves).map(|bones| {
-                bones.iter().map(|bones| export.key(&bones.of(part.kind), &pivot)).collect()
-            });
+            let keys = bones
+                .filter(|_| moves)
+                .map(|bones| bones.iter().map(|bones| export.key(&bones.of(part.kind), &pivot)).collect());
             OwnedPart { kind: part.kind, mesh, normals, morphs, pivot: pivot.map(|v| v as f32).into(), keys }
         });
         Self { parts: parts.collect() }

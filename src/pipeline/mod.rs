@@ -20,6 +20,7 @@ mod schedule;
 mod stage;
 mod stopwatch;
 mod target;
+mod target_cache;
 
 pub use animation::{Animation, ControlMotion, VideoPlan};
 pub use avatar_glb::{expression_sheet, write_avatar_glb};

@@ -8,9 +8,10 @@ use super::{
     PipelineError,
     photographer::{Photographer, SIZE},
     scan_landmarks::{FRAMING, ScanFace, lightings},
+    target_cache::{FoundFace, TargetCache},
 };
 use crate::{
-    anatomy::{Anatomy, FaceFrame},
+    anatomy::{Anatomy, FaceFrame, FrontView},
     head::rotation_between,
     rig::TargetFace,
     scan::{
@@ -53,6 +54,7 @@ pub struct Target {
     avatar_model: Arc<Model>,
     photographer: Photographer,
     lighting: Lighting,
+    cache: TargetCache,
 }
 
 /// How a target is read.
@@ -77,16 +79,27 @@ impl Target {
         let fault = |source| PipelineError::from(ScanError::Mesh { path: path.into(), source });
         let own_surface = Surface::new(&own).map_err(fault)?;
         let model = Arc::new(Model::upload(gpu, &own)?);
-        let (own_landmarks, confidences, facing, lighting) = if let Some(file) = &options.landmarks {
-            let points = network_scheme(file, &read_landmarks(file)?)?;
-            let confidences = points.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
-            let facing = facing_of(&points);
-            (points, confidences, facing, lightings(&own)[0])
+        let cache = TargetCache::of(&own, options, gpu.adapter_name());
+        let face = if let Some(file) = &options.landmarks {
+            let landmarks = network_scheme(file, &read_landmarks(file)?)?;
+            let confidences = landmarks.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
+            let facing = facing_of(&landmarks);
+            FoundFace { landmarks, confidences, facing, lighting: lightings(&own)[0] }
+        } else if let Some(face) = cache.face() {
+            face
         } else {
             let mut photographer = Photographer::new(gpu, Arc::clone(&model), &own)?;
-            let face = ScanFace::find(path, &own, &own_surface, &mut photographer, tracker)?;
-            (face.positions(), face.confidences, face.facing, face.lighting)
+            let found = ScanFace::find(path, &own, &own_surface, &mut photographer, tracker)?;
+            let face = FoundFace {
+                landmarks: found.positions(),
+                confidences: found.confidences,
+                facing: found.facing,
+                lighting: found.lighting,
+            };
+            cache.keep_face(&face);
+            face
         };
+        let FoundFace { landmarks: own_landmarks, confidences, facing, lighting } = face;
         let eyes = eye_distance(&own_landmarks);
         let unit = options.unit.unwrap_or_else(|| guess_unit(eyes));
         let placement = Placement::new(facing, Vector3::zeros(), unit.millimetres_per_unit())
@@ -107,21 +120,31 @@ impl Target {
             model,
             photographer,
             lighting,
+            cache,
         })
     }
 
     /// Opens mouth and eyes and adds what lies behind them, as far as the scan allows: [`Anatomy::omissions`] lists what
     /// was left out.
     pub fn prepare(&mut self, gpu: &Gpu) -> Result<(), PipelineError> {
-        let coloured = !self.scan.mesh.colours.is_empty()
-            || self.scan.mesh.materials.iter().any(|material| material.texture.is_some());
-        let view = match FaceFrame::of(&self.landmarks) {
-            Some(frame) if coloured => Some(self.photographer.front_view(gpu, &frame)?),
-            _ => None,
+        self.anatomy = if let Some(anatomy) = self.cache.anatomy(&self.scan.mesh) {
+            anatomy
+        } else {
+            let view = self.front_view(gpu)?;
+            let anatomy = Anatomy::prepare(&self.scan.mesh, &self.surface, &self.landmarks, view.as_ref());
+            self.cache.keep_anatomy(&anatomy, &self.scan.mesh);
+            anatomy
         };
-        self.anatomy = Anatomy::prepare(&self.scan.mesh, &self.surface, &self.landmarks, view.as_ref());
         self.avatar_model = Arc::new(Model::upload(gpu, &self.anatomy.mesh)?);
         Ok(())
+    }
+
+    /// The scan's colours seen from the front, if it has any and the face is known.
+    fn front_view(&self, gpu: &Gpu) -> Result<Option<FrontView>, PipelineError> {
+        let mesh = &self.scan.mesh;
+        let coloured = !mesh.colours.is_empty() || mesh.materials.iter().any(|m| m.texture.is_some());
+        let frame = FaceFrame::of(&self.landmarks).filter(|_| coloured);
+        frame.map(|frame| self.photographer.front_view(gpu, &frame)).transpose()
     }
 
     /// The landmarks in the file's own frame and unit, ready to be written.

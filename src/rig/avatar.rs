@@ -83,7 +83,15 @@ impl Rig {
                 .map_or_else(Vector3::zeros, |(lips, wishes)| lips.rims(node, wishes)[usize::from(lower)]),
             Driver::Skull => Vector3::zeros(),
         };
-        self.puppet.fill(moved, &expression.eyes, out)
+        let freedom = |driver: Driver| match driver {
+            Driver::Rim { node, .. } => self
+                .lips
+                .as_ref()
+                .zip(wishes.as_ref())
+                .map_or(1.0, |(lips, wishes)| lips.freedom(node, wishes)),
+            Driver::Landmark(_) | Driver::Skull => 1.0,
+        };
+        self.puppet.fill(moved, freedom, &expression.eyes, out)
     }
 
     /// The avatar for one expression; `frame` comes from [`Rig::new_frame`].

@@ -81,8 +81,8 @@ impl Controls {
             }
         }
         for landmark in 0..SKIN_LANDMARK_COUNT {
-            let mut place = target.landmarks[landmark]
-                .or_else(|| Some(surface.nearest(carried(landmark)?)?.position));
+            let mut place =
+                target.landmarks[landmark].or_else(|| Some(surface.nearest(carried(landmark)?)?.position));
             let mut driver = Driver::Landmark(landmark);
             if let Some(mouth) = &anatomy.mouth {
                 if UPPER_INNER.contains(&landmark) || LOWER_INNER.contains(&landmark) {

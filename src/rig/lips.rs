@@ -11,13 +11,12 @@ use crate::{
 /// Stations: the right inner corner, nine pairs, the left inner corner.
 const STATIONS: usize = UPPER_INNER.len() + 2;
 /// A performer whose lips are shut shows at most this gap, outer canthal distances; the network never sees none.
-const SHUT: f64 = 0.02;
-/// Closed lips also part by noise: this much more than the neutral's gap still counts as closed, as a factor and in outer
-/// canthal distances.
-const SLACK: f64 = 1.25;
-const NOISE: f64 = 0.004;
+const SHUT: f64 = 0.035;
+/// This much more than the neutral's widest gap still counts as closed, as a factor and in outer canthal distances.
+const SLACK: f64 = 1.1;
+const NOISE: f64 = 0.002;
 /// Over this gap the lips' differences across it come in, millimetres.
-const UNSTUCK: f64 = 1.0;
+const UNSTUCK: f64 = 2.0;
 
 /// Drives pairs of controls on the rims.
 #[derive(Debug, Clone)]
@@ -57,7 +56,7 @@ impl LipDrive {
         let up_performer = performer.level().inverse() * Vector3::y();
         let pairs = std::array::from_fn(|k| [neutral[UPPER_INNER[k]], neutral[LOWER_INNER[k]]]);
         let [most, noise] = [SHUT, NOISE].map(|share| share * performer.outer_canthal_distance());
-        let closed = pairs.map(|[u, l]| ((u - l).dot(&up_performer) * SLACK + noise).clamp(0.0, most));
+        let closed = performer.closed_lips().map(|gap| (gap * SLACK + noise).clamp(0.0, most));
         let width = (neutral[OUTER_CORNERS[0]] - neutral[OUTER_CORNERS[1]]).norm();
         let nodes = mouth
             .nodes
@@ -113,10 +112,20 @@ impl LipDrive {
         let middle = (upper + lower) / 2.0;
         let apart = upper - lower;
         let aside = apart - self.up_target * apart.dot(&self.up_target);
-        let loose = (gap / UNSTUCK).clamp(0.0, 1.0);
-        let half = (self.up_target * (gap - node.rest) + aside * loose) / 2.0;
+        let half = (self.up_target * (gap - node.rest) + aside * unstuck(gap)) / 2.0;
         [middle + half, middle - half]
     }
+
+    /// How far the lips have come apart at a node: 0 while they touch and must go the same way, 1 once each goes its own.
+    pub(super) fn freedom(&self, node: usize, wishes: &[Wish; STATIONS]) -> f64 {
+        let node = &self.nodes[node];
+        let next = (node.station + 1).min(STATIONS - 1);
+        unstuck(opening(wishes[node.station].gap, wishes[next].gap, node))
+    }
+}
+
+fn unstuck(gap: f64) -> f64 {
+    (gap / UNSTUCK).clamp(0.0, 1.0)
 }
 
 /// The gap between two stations: linear, but round towards the corners, where lips part like a lens.

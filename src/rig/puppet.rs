@@ -12,6 +12,8 @@ use crate::{
 
 /// Numbers in the vertex × column matrix; 1 GiB of f32.
 const MOST_SHARES: usize = 1 << 28;
+/// A jaw opened by so much, radians, settles the depth of what it carries.
+const OPENED: f64 = 0.1;
 /// How much of the jaw's motion the tongue follows.
 const TONGUE: f64 = 0.85;
 
@@ -143,10 +145,12 @@ impl Puppet {
     }
 
     /// Fills the warp's columns for controls that move by `moved`, target's scan frame, millimetres, and tells how the
-    /// bones move. The jaw is where the chin says that it is; what it does not explain is left to the splines.
+    /// bones move. The jaw is where the chin says that it is; what it does not explain is left to the splines. `freedom`
+    /// tells of each control how far, 0..=1, its depth may be the jaw's.
     pub(super) fn fill(
         &self,
         moved: impl Fn(Driver) -> Vector3<f64>,
+        freedom: impl Fn(Driver) -> f64,
         eyes: &Eyes,
         out: &mut [[f32; 3]],
     ) -> Bones {
@@ -157,13 +161,15 @@ impl Puppet {
             jaw.solve(chin.into_iter().flatten())
         });
         let bones = self.bones(&pose, eyes);
+        let opened = (pose.opening / OPENED).clamp(0.0, 1.0);
         let controls = self.controls.drivers.iter().zip(&self.controls.rest).zip(&self.skin.jaw_shares);
         for (to, ((driver, rest), &share)) in out.iter_mut().zip(controls) {
             let mut vector = moved(*driver);
             if self.jaw.is_some() {
                 let rigid = (bones.jaw * rest - rest) * share;
-                // Depth is the network's guess: where the bone carries the skin, the bone knows better.
-                vector += self.out * ((rigid - vector).dot(&self.out) * share) - rigid;
+                // Depth is the network's guess: where an opening jaw carries the skin, the bone knows better.
+                let bony = opened * share * freedom(*driver);
+                vector += self.out * ((rigid - vector).dot(&self.out) * bony) - rigid;
             }
             *to = vector.map(|v| v as f32).into();
         }

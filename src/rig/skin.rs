@@ -50,7 +50,8 @@ impl SkinWarp {
     pub fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Result<Self, RigError> {
         let points = Points::of(anatomy);
         let spline = two_sided(target, controls, anatomy, &points)?;
-        let bone = anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
+        let bone =
+            anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
         let jaw = bone.is_some().then_some(controls.rest.len());
         let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
         let lids = [0, 1].map(|eye| {
@@ -60,6 +61,7 @@ impl SkinWarp {
         });
         let skin = anatomy.skin_vertices();
         let mut moved = vec![0.0_f32; points.places.len()];
+        let held = HeldVertex::all(anatomy, controls);
         let warp = Warp::from_columns(anatomy.soft_vertices(), columns, |j, column| {
             moved.fill(0.0);
             let rigid = jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|first| j - first);
@@ -76,6 +78,9 @@ impl SkinWarp {
                     }
                 }
             }
+            for rim in &held {
+                moved[rim.vertex] = rim.value(j, rigid, &controls.rest, bone.as_ref());
+            }
             column[..skin].copy_from_slice(&moved[..skin]);
             hang(anatomy, rigid, &moved[skin..], &mut column[skin..]);
         })
@@ -85,7 +90,9 @@ impl SkinWarp {
             controls: controls.rest.len(),
             jaw,
             lids,
-            jaw_shares: bone.as_ref().map_or_else(|| vec![0.0; controls.rest.len()], |b| b.at_controls.clone()),
+            jaw_shares: bone
+                .as_ref()
+                .map_or_else(|| vec![0.0; controls.rest.len()], |b| b.at_controls.clone()),
             pivot: anatomy.jaw.map_or_else(Point3::origin, |jaw| jaw.pivot),
         })
     }
@@ -149,6 +156,44 @@ impl Points {
     }
 }
 
+/// A vertex on a rim: it goes exactly where the controls on either side of it go.
+struct HeldVertex {
+    vertex: usize,
+    controls: [usize; 2],
+    shares: [f64; 2],
+}
+
+impl HeldVertex {
+    fn all(anatomy: &Anatomy, controls: &Controls) -> Vec<Self> {
+        let Some(mouth) = &anatomy.mouth else { return Vec::new() };
+        let held = mouth.held.iter().filter_map(|rim| {
+            let control = |node: usize| {
+                let driver = Driver::Rim { node, lower: rim.lower };
+                controls.drivers.iter().position(|d| *d == driver)
+            };
+            Some(Self {
+                vertex: rim.vertex as usize,
+                controls: [control(rim.nodes[0])?, control(rim.nodes[1])?],
+                shares: [1.0 - rim.share, rim.share],
+            })
+        });
+        held.collect()
+    }
+
+    /// Its entry in column `j`, which is the jaw's column `rigid` or a control's or a lid's.
+    fn value(&self, j: usize, rigid: Option<usize>, rest: &[Point3<f64>], bone: Option<&JawShares>) -> f32 {
+        let pairs = self.controls.iter().zip(self.shares);
+        let sum: f64 = match (rigid, bone) {
+            (Some(which), Some(bone)) => {
+                let rigid = |c: usize| bone.at_controls[c] * rigid_column(which, &rest[c], &bone.pivot);
+                pairs.map(|(&control, share)| share * rigid(control)).sum()
+            }
+            _ => pairs.filter(|(control, _)| **control == j).map(|(_, share)| share).sum(),
+        };
+        sum as f32
+    }
+}
+
 /// Each side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
 fn two_sided(
     target: &TargetFace,
@@ -160,7 +205,8 @@ fn two_sided(
     let options = options(target);
     let fault = |source| RigError::Spline { what: "the target's control points", source };
     if anatomy.mouth.is_none() {
-        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options).map_err(fault);
+        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options)
+            .map_err(fault);
     }
     let mut shares: Vec<Vec<(usize, f32)>> = vec![Vec::new(); controls.rest.len()];
     for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
@@ -204,8 +250,19 @@ impl JawShares {
         points: &Points,
         jaw: Jaw,
     ) -> Result<Self, RigError> {
-        let known = KnownShares::new(target, controls, anatomy);
-        let (upper, lower) = (known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?);
+        let mut known = KnownShares::new(target, controls, anatomy);
+        let splines = |known: &KnownShares| -> Result<_, RigError> {
+            Ok((known.spline(target, Lip::Lower)?, known.spline(target, Lip::Upper)?))
+        };
+        let (upper, lower) = splines(&known)?;
+        // At the corners the lips are one: there both sides go halfway between what each alone would.
+        for (place, driver) in controls.rest.iter().zip(&controls.drivers) {
+            if matches!(driver, Driver::Landmark(i) if CORNERS.contains(i)) {
+                let share = f64::midpoint(upper.evaluate(place).x, lower.evaluate(place).x).clamp(0.0, 1.0);
+                known.push(*place, share, Lip::Neither);
+            }
+        }
+        let (upper, lower) = splines(&known)?;
         let share = |p: &Point3<f64>, side: f64| {
             let value = |spline: &Spline<3>| spline.evaluate(p).x;
             let mixed = if side <= 0.0 {

@@ -1,11 +1,12 @@
 //! The triangle mesh every reader produces and every later stage shares.
 
+use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 use nalgebra::Point3;
 
 /// An encoded texture image, kept as its file's bytes so that exports carry it unchanged.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Texture {
     /// File name without folders, for messages and exports.
     pub name: String,
@@ -16,7 +17,7 @@ pub struct Texture {
 }
 
 /// The image encodings a scan's texture may have; both are embedded in GLB as they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TextureFormat {
     /// PNG.
     Png,
@@ -25,7 +26,7 @@ pub enum TextureFormat {
 }
 
 /// A surface's look.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// The material's name in its file.
     pub name: String,
@@ -41,7 +42,7 @@ pub struct Material {
 ///
 /// Positions are in the frame and unit that the owner states: the file's own straight from a reader, the scan frame
 /// in millimetres inside the program.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mesh {
     /// V × 3.
     pub positions: Vec<Point3<f64>>,

@@ -22,13 +22,18 @@ pub(super) fn multiply(shares: &[f32], q: &[[f32; 3]], out: &mut [[f32; 3]]) {
         x.fill(0.0);
         y.fill(0.0);
         z.fill(0.0);
-        let (quads, rest) = q.as_chunks::<UNROLL>();
-        for (quad, q) in quads.iter().enumerate() {
-            let j = quad * UNROLL;
-            add_four([column(j), column(j + 1), column(j + 2), column(j + 3)], q, [x, y, z]);
-        }
-        for (k, q) in rest.iter().enumerate() {
-            add_one(column(quads.len() * UNROLL + k), *q, [x, y, z]);
+        // What does not move adds nothing, to the bit: its column is not read.
+        let mut moving = q.iter().enumerate().filter(|(_, q)| q.iter().any(|v| *v != 0.0));
+        loop {
+            let four: [_; UNROLL] = std::array::from_fn(|_| moving.next());
+            if let [Some((a, p)), Some((b, q)), Some((c, r)), Some((d, s))] = four {
+                add_four([column(a), column(b), column(c), column(d)], &[*p, *q, *r, *s], [x, y, z]);
+                continue;
+            }
+            for (j, q) in four.into_iter().flatten() {
+                add_one(column(j), *q, [x, y, z]);
+            }
+            break;
         }
         for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
             *out = [*x, *y, *z];

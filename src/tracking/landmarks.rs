@@ -31,6 +31,10 @@ pub mod index {
     pub const UPPER_LIP_INNER: usize = 13;
     /// Middle of the lower lip's inner rim.
     pub const LOWER_LIP_INNER: usize = 14;
+    /// Inner rim of the upper lip between the corners, from the subject's right to the left.
+    pub const UPPER_INNER: [usize; 9] = [191, 80, 81, 82, 13, 312, 311, 310, 415];
+    /// Inner rim of the lower lip; each stands below its partner in [`UPPER_INNER`].
+    pub const LOWER_INNER: [usize; 9] = [95, 88, 178, 87, 14, 317, 402, 318, 324];
     /// Right corner of the mouth.
     pub const MOUTH_RIGHT: usize = 61;
     /// Left corner of the mouth.

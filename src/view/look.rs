@@ -1,5 +1,7 @@
 //! How a picture looks: what stands behind the head and how the head is lit.
 
+use serde::{Deserialize, Serialize};
+
 /// What stands behind the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Background {
@@ -17,7 +19,7 @@ pub enum Background {
 }
 
 /// How the model is lit. The lights stand fixed to the camera: left, right and above are the viewer's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Lighting {
     /// The scan's colours under a soft key light from the upper left, a fill, a rim and a high ambient light, since
     /// a scan's texture already holds the light of its recording. A scan without colours is lit as clay.

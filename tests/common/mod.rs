@@ -10,6 +10,9 @@
 
 pub mod curves;
 pub mod gltf_validator;
+pub mod opened;
+pub mod sound;
+pub mod topology;
 
 use std::{
     fs,
