@@ -8,9 +8,11 @@
     reason = "helpers of tests fail as tests do"
 )]
 
+pub mod acting;
 pub mod curves;
 pub mod gltf_validator;
 pub mod opened;
+pub mod rims;
 pub mod sound;
 pub mod topology;
 
