@@ -12,6 +12,7 @@ pub mod acting;
 pub mod curves;
 pub mod gltf_validator;
 pub mod opened;
+pub mod rays;
 pub mod rims;
 pub mod sound;
 pub mod topology;

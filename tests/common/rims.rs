@@ -3,6 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use understudy::anatomy::Mouth;
 
+use super::sound::distance;
+
 /// Two rims from one end of an opening to the other, and the directions across and along it.
 #[derive(Debug, Clone)]
 pub struct Rims {
@@ -34,6 +36,19 @@ impl Rims {
         let above = self.upper.iter().filter_map(|p| self.height_over(p, &self.lower));
         let below = self.lower.iter().filter_map(|p| self.height_over(p, &self.upper).map(|height| -height));
         above.chain(below).collect()
+    }
+
+    /// For each place of either rim that the other has not reached the way there, seen from the front, millimetres.
+    pub fn gaps(&self) -> Vec<f64> {
+        let away = |place: &Point3<f64>, rim: &[Point3<f64>]| {
+            let flat = |p: &Point3<f64>| Point3::new(p.coords.dot(&self.along), p.coords.dot(&self.up), 0.0);
+            let to = |pair: &[Point3<f64>]| distance(&flat(place), &flat(&pair[0]), &flat(&pair[1]));
+            rim.windows(2).map(to).fold(f64::INFINITY, f64::min)
+        };
+        let is_open = |height: Option<f64>, side: f64| height.is_some_and(|height| side * height > 0.0);
+        let above = self.upper.iter().filter(|p| is_open(self.height_over(p, &self.lower), 1.0));
+        let below = self.lower.iter().filter(|p| is_open(self.height_over(p, &self.upper), -1.0));
+        above.map(|p| away(p, &self.lower)).chain(below.map(|p| away(p, &self.upper))).collect()
     }
 
     /// How far a place lies above a rim, where the rim passes it nearest.
