@@ -1,13 +1,14 @@
 //! A scan made able to perform, and what that costs: `cargo bench --bench anatomy`.
 //!
 //! First a report: how much dearer a frame of the opened scan is than one of the scan as it was. Then times of making a
-//! target and its rig, on one thread; the clip's performer and the scan are the demonstration's.
+//! target, without the cache, and its rig, on one thread; the clip's performer and the scan are the demonstration's.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark without its assets has nothing to measure")]
 
 use std::{
     cell::RefCell,
     path::PathBuf,
+    process::Command,
     sync::LazyLock,
     time::{Duration, Instant},
 };
@@ -27,6 +28,9 @@ use understudy::{
     tracking::TrackerOptions,
     view::{Gpu, Model},
 };
+
+/// Names the folder in which targets are kept from run to run.
+const CACHE: &str = "UNDERSTUDY_CACHE";
 
 static ASSETS: LazyLock<Assets> = LazyLock::new(|| Assets::locate().unwrap());
 
@@ -93,6 +97,12 @@ fn in_studio<T>(work: impl FnOnce(&mut Studio) -> T) -> T {
 }
 
 fn main() {
+    // A target that comes from the cache is not made: once more without, unless the caller wants to see just that.
+    if std::env::var_os(CACHE).is_none() {
+        let mut again = Command::new(std::env::current_exe().unwrap());
+        let status = again.args(std::env::args_os().skip(1)).env(CACHE, "off").status().unwrap();
+        std::process::exit(status.code().unwrap_or(1));
+    }
     // Cargo's test of benchmarks runs each once and wants no report.
     if !std::env::args().any(|argument| argument == "--test" || argument == "--list") {
         report();

@@ -46,7 +46,10 @@ take() {
 }
 
 cargo build --release --quiet
+cargo build --release --quiet --example follow
 program=$target/release/understudy
+# The first run with a scan keeps what it made of it for the others, as a user's does.
+export UNDERSTUDY_CACHE=$work/cache
 frames=$(ffprobe -v error -select_streams v:0 -count_frames -show_entries stream=nb_read_frames -of csv=p=0 "$clip" |
     tr -dc 0-9)
 commit=$(git rev-parse --short HEAD)
@@ -84,6 +87,7 @@ A clip of one frame, so these are upper bounds: the frame is also solved and wri
 | command | wall s, each run |
 |---|---|
 EOF
+# start NAME ARGUMENTS...: the wall times of `understudy ARGUMENTS`.
 start() {
     local name=$1 walls=()
     shift
@@ -95,7 +99,34 @@ start() {
     printf '| %s | %s |\n' "$name" "${walls[*]}"
 }
 start track track "$work/first.png" -o "$work/out.csv"
-start "animate, with the scan" animate "$work/first.png" --target "$scan" -o "$work/out.csv"
+UNDERSTUDY_CACHE=off start "animate, with the scan" \
+    animate "$work/first.png" --target "$scan" -o "$work/out.csv"
+start "animate, with the scan from the cache" animate "$work/first.png" --target "$scan" -o "$work/out.csv"
+
+cat <<EOF
+
+## Making a scan ready
+
+\`understudy prepare\` without the cache: reading, landmarks, opening, and writing a GLB. Then what a frame of the opened
+scan costs beside one of the scan as it was, and the stages (\`cargo bench --bench anatomy\`).
+
+| command | wall s, each run |
+|---|---|
+EOF
+UNDERSTUDY_CACHE=off start prepare prepare "$scan" -o "$work/out.glb"
+printf '\n```text\n'
+UNDERSTUDY_CACHE=off cargo bench --quiet --bench anatomy 2>/dev/null
+echo '```'
+
+cat <<EOF
+
+## How well the avatar follows
+
+\`cargo run --release --example follow -- --film\`: correlation and gain of each measure on the set-up's clips.
+docs/transfer.md says what they are.
+
+EOF
+"$target/release/examples/follow" --film
 
 peers=${UNDERSTUDY_PEERS:-$target/peers/bin/python}
 if ! [ -x "$peers" ]; then
