@@ -22,6 +22,12 @@ const DILATION: f64 = 0.02;
 const BEHIND: f64 = 0.6;
 /// Lids nearer to each other than this are shut, eye widths.
 const SHUT: f64 = 0.10;
+/// What lies this far behind the lids is no lash, eye widths.
+const DEEP: f64 = 0.03;
+/// Points of a rim that lie so far behind its foremost ones have fallen into the socket, eye widths.
+const FALLEN: f64 = 0.45;
+/// A rim of fewer places is none.
+const FEWEST_RIM: usize = 12;
 /// Points of the smooth outline to each landmark.
 const STEPS: usize = 8;
 
@@ -36,6 +42,8 @@ pub struct EyeHole {
     pub rim: Vec<u32>,
     /// Vertices of what was cut out.
     pub painted: Vec<u32>,
+    /// Vertices of what lies behind the skin around it.
+    pub deep: Vec<u32>,
 }
 
 /// Why an eye could not be cut out.
@@ -47,6 +55,9 @@ pub enum EyeFault {
     /// The lids touch.
     #[error("it is closed in the scan, and what lies behind its lids was not scanned")]
     Shut,
+    /// The lids are modelled around an empty socket.
+    #[error("its lids are modelled around a hollow: an eyeball is put there, but the lids stay open")]
+    Hollow,
     /// The rim leaves the surface.
     #[error("the surface around it has holes")]
     OffSurface,
@@ -74,6 +85,9 @@ pub fn open(
         pairs.filter_map(|(&u, &l)| Some((landmarks[u]?.xy() - landmarks[l]?.xy()).norm())).collect();
     if gaps.iter().sum::<f64>() / (gaps.len().max(1) as f64) < SHUT * width {
         return Err(EyeFault::Shut);
+    }
+    if hollow_front(landmarks, eye, width).is_some() {
+        return Err(EyeFault::Hollow);
     }
     let outline = dilated(&upper, &lower, width);
     let (low, high) = outline.bounds();
@@ -118,18 +132,55 @@ pub fn open(
         list.iter().flat_map(|&t| edit.corners(t)).collect()
     };
     let shared: BTreeSet<u32> = of(edit, &cut_out).intersection(&of(edit, &around)).copied().collect();
-    if cut_out.is_empty() || shared.len() < 12 {
+    if cut_out.is_empty() || shared.len() < FEWEST_RIM {
         *edit = copy;
         return Err(EyeFault::OffSurface);
     }
     edit.detach(&cut_out, &shared);
     let painted: BTreeSet<u32> = cut_out.iter().flat_map(|&t| edit.mesh().triangles[t as usize]).collect();
-    Ok(EyeHole {
-        outline,
-        corners: [outer, inner],
-        rim: shared.into_iter().collect(),
-        painted: painted.into_iter().collect(),
-    })
+    let (rim, deep) = behind_skin(edit, &patch, &shared, &painted, front - DEEP * width);
+    if rim.len() < FEWEST_RIM {
+        *edit = copy;
+        return Err(EyeFault::OffSurface);
+    }
+    Ok(EyeHole { outline, corners: [outer, inner], rim, painted: painted.into_iter().collect(), deep })
+}
+
+/// The depth of the lids' edges where the network's points fall past them into an empty socket; `None` on a whole face.
+pub fn hollow_front(landmarks: &[Option<Point3<f64>>], eye: &EyeLandmarks, width: f64) -> Option<f64> {
+    let rim = eye.upper.iter().chain(&eye.lower).chain([&eye.outer, &eye.inner]);
+    let mut depths: Vec<f64> = rim.filter_map(|&i| Some(landmarks[i]?.z)).collect();
+    depths.sort_by(f64::total_cmp);
+    let front = *depths.get(depths.len() * 4 / 5)?;
+    let fallen = depths.iter().filter(|z| **z < front - FALLEN * width).count();
+    (fallen * 4 > depths.len()).then_some(front)
+}
+
+/// Of the places around the cut those of the skin, and the vertices of what lies behind it: a socket that was modelled, an
+/// eyeball larger than the opening. `depth` is the z behind which a piece is no lash.
+fn behind_skin(
+    edit: &EditMesh,
+    patch: &[u32],
+    shared: &BTreeSet<u32>,
+    painted: &BTreeSet<u32>,
+    depth: f64,
+) -> (Vec<u32>, Vec<u32>) {
+    let component = edit.components();
+    let of = |place: u32| component[place as usize];
+    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+    for &place in shared {
+        *counts.entry(of(place)).or_default() += 1;
+    }
+    let skin = counts.iter().max_by_key(|(_, count)| **count).map(|(name, _)| *name);
+    let rim = shared.iter().copied().filter(|&place| Some(of(place)) == skin).collect();
+    let mut pieces: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for vertex in patch.iter().flat_map(|&t| edit.mesh().triangles[t as usize]) {
+        if Some(of(vertex)) != skin && !painted.contains(&vertex) {
+            pieces.entry(of(vertex)).or_default().insert(vertex);
+        }
+    }
+    let mean = |piece: &BTreeSet<u32>| piece.iter().map(|&v| edit.at(v).z).sum::<f64>() / piece.len() as f64;
+    (rim, pieces.into_values().filter(|piece| mean(piece) < depth).flatten().collect())
 }
 
 /// Lashes and the like: pieces of their own that reach across the rim. They are not cut.

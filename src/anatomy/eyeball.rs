@@ -3,7 +3,9 @@
 use image::{ImageBuffer, Rgb, RgbImage};
 use nalgebra::{Point2, Point3, Vector2};
 
-use super::{FrontView, edit::EditMesh, eye_hole::EyeHole, part::PartMesh, regions::EyeLandmarks};
+use super::{
+    FrontView, edit::EditMesh, eye_hole::EyeHole, outline::Outline, part::PartMesh, regions::EyeLandmarks,
+};
 
 /// Radius over the width of the eye: 12 mm of 30.
 const RADIUS: f64 = 0.40;
@@ -13,6 +15,9 @@ const IRIS: f64 = 0.49;
 const REACH: f64 = 1.45;
 const RINGS: usize = 16;
 const SPOKES: usize = 32;
+/// In an empty socket the ball is a little smaller, and so far behind the lids' edges, eye widths.
+const SOCKET: f64 = 0.9;
+const IN_SOCKET: f64 = 0.09;
 /// Pixels of the texture's sides.
 const SIDE: u32 = 256;
 /// The painted eye lies this far behind the ball, eye widths.
@@ -66,7 +71,8 @@ impl Eyeball {
             &Point3::new(low.x, low.y - margin, z),
             &Point3::new(high.x, high.y + margin, z + 2.0 * radius),
         );
-        let painted: std::collections::BTreeSet<u32> = hole.painted.iter().map(|&v| edit.place(v)).collect();
+        let painted: std::collections::BTreeSet<u32> =
+            hole.painted.iter().chain(&hole.deep).map(|&v| edit.place(v)).collect();
         for place in skin.iter().flat_map(|&t| edit.corners(t)).filter(|place| !painted.contains(place)) {
             let p = edit.at(place);
             let away = -hole.outline.inside(&p.xy());
@@ -79,14 +85,28 @@ impl Eyeball {
         Self { centre: Point3::new(middle.x, middle.y, z), radius }
     }
 
+    /// A ball for an empty socket: amid the corners, behind lids whose edges lie at the depth `front`.
+    pub fn in_socket(corners: [Point3<f64>; 2], front: f64) -> Self {
+        let width = (corners[0].xy() - corners[1].xy()).norm();
+        let radius = SOCKET * RADIUS * width;
+        let middle = nalgebra::center(&corners[0], &corners[1]).xy();
+        // Where the lids stand open the ball's front may come up to their edges.
+        Self { centre: Point3::new(middle.x, middle.y, front - IN_SOCKET * width - radius), radius }
+    }
+
     /// Where a vertex of the painted eye goes: behind the ball, but on the rim where it is.
     pub fn behind(&self, hole: &EyeHole, point: &Point3<f64>) -> Point3<f64> {
-        let width = (hole.corners[0].xy() - hole.corners[1].xy()).norm();
+        let width = self.radius / RADIUS;
+        let share = (hole.outline.inside(&point.xy()) / (SINKING * width)).clamp(0.0, 1.0);
+        let sunk = self.sunk(point);
+        point + (sunk - point) * smooth(share)
+    }
+
+    /// Where a vertex goes that must not be before the ball.
+    pub fn sunk(&self, point: &Point3<f64>) -> Point3<f64> {
         let across = (point.xy() - self.centre.xy()).norm_squared();
         let front = self.centre.z + (self.radius * self.radius - across).max(0.0).sqrt();
-        let sunk = point.z.min(front - BACKING * width);
-        let share = (hole.outline.inside(&point.xy()) / (SINKING * width)).clamp(0.0, 1.0);
-        Point3::new(point.x, point.y, point.z + (sunk - point.z) * smooth(share))
+        Point3::new(point.x, point.y, point.z.min(front - BACKING * self.radius / RADIUS))
     }
 
     /// The visible part of the ball.
@@ -98,13 +118,19 @@ impl Eyeball {
     /// completed by its mirror image and its rings, the white by its neighbourhood. Without a view it is no one's.
     pub fn texture(
         &self,
-        hole: &EyeHole,
+        outline: Option<&Outline>,
         landmarks: &[Option<Point3<f64>>],
         eye: &EyeLandmarks,
         view: Option<&FrontView>,
     ) -> RgbImage {
-        let iris = self.iris(landmarks, eye);
-        let painter = Painter { ball: self, hole, iris, view, seen: Seen::gather(self, hole, iris, view) };
+        // Through no opening nothing of the eye is seen.
+        let view = view.zip(outline);
+        let iris = if outline.is_some() {
+            self.iris(landmarks, eye)
+        } else {
+            (self.centre.xy(), IRIS * self.radius)
+        };
+        let painter = Painter { ball: self, iris, view, seen: Seen::gather(self, iris, view) };
         let raw: ImageBuffer<Rgb<f32>, Vec<f32>> = ImageBuffer::from_fn(SIDE, SIDE, |column, row| {
             let colour = painter.colour(&self.texel(column, row));
             Rgb(colour.map(|c| c as f32))
@@ -155,15 +181,15 @@ struct Seen {
 const IRIS_RINGS: usize = 24;
 
 impl Seen {
-    fn gather(ball: &Eyeball, hole: &EyeHole, iris: (Point2<f64>, f64), view: Option<&FrontView>) -> Self {
+    fn gather(ball: &Eyeball, iris: (Point2<f64>, f64), view: Option<(&FrontView, &Outline)>) -> Self {
         let mut sums = vec![([0.0; 3], 0.0_f64); IRIS_RINGS];
         let mut white = Vec::new();
         let margin = MARGIN * ball.radius / RADIUS;
-        if let Some(view) = view {
+        if let Some((view, outline)) = view {
             for row in (0..SIDE).step_by(2) {
                 for column in (0..SIDE).step_by(2) {
                     let place = ball.texel(column, row);
-                    if hole.outline.inside(&place) < margin {
+                    if outline.inside(&place) < margin {
                         continue;
                     }
                     let colour = view.colour(place.x, place.y);
@@ -207,9 +233,8 @@ impl Seen {
 
 struct Painter<'a> {
     ball: &'a Eyeball,
-    hole: &'a EyeHole,
     iris: (Point2<f64>, f64),
-    view: Option<&'a FrontView>,
+    view: Option<(&'a FrontView, &'a Outline)>,
     seen: Seen,
 }
 
@@ -217,8 +242,8 @@ impl Painter<'_> {
     fn colour(&self, place: &Point2<f64>) -> [f64; 3] {
         let width = self.ball.radius / RADIUS;
         let made_up = self.made_up(place, width);
-        let Some(view) = self.view else { return made_up };
-        let inside = self.hole.outline.inside(place);
+        let Some((view, outline)) = self.view else { return made_up };
+        let inside = outline.inside(place);
         let known = smooth(((inside - 0.5 * MARGIN * width) / (MARGIN * width)).clamp(0.0, 1.0));
         mix(made_up, view.colour(place.x, place.y), known)
     }
@@ -240,9 +265,9 @@ impl Painter<'_> {
 
     /// The iris below its centre stands for what the upper lid hides, and the other way round.
     fn mirrored(&self, place: &Point2<f64>, width: f64) -> Option<[f64; 3]> {
-        let view = self.view?;
+        let (view, outline) = self.view?;
         let twin = Point2::new(place.x, 2.0 * self.iris.0.y - place.y);
-        (self.hole.outline.inside(&twin) > MARGIN * width).then(|| view.colour(twin.x, twin.y))
+        (outline.inside(&twin) > MARGIN * width).then(|| view.colour(twin.x, twin.y))
     }
 
     /// The white near what is seen of it, and its mean beyond.

@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    edit::{Distances, EditMesh},
+    distances::Distances,
+    edit::EditMesh,
     eye_hole::EyeHole,
     eyeball::{Eyeball, smooth},
     regions::EyeLandmarks,
@@ -47,6 +48,13 @@ pub struct LidShapes {
     pub shapes: [Vec<Vector3<f64>>; CLOSURES.len()],
     /// Millimetres between the rims in the middle of the eye at rest.
     pub aperture: f64,
+}
+
+impl LidShapes {
+    /// Lids that do not move.
+    pub fn none() -> Self {
+        Self { vertices: Vec::new(), shapes: Default::default(), aperture: 0.0 }
+    }
 }
 
 /// How much of each of [`CLOSURES`]' shapes makes up a closure: linear between neighbours, and beyond the ends not at

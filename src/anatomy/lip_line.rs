@@ -20,7 +20,7 @@ const STRAY: f64 = 0.5;
 /// The price of a step of one row between neighbouring columns.
 const STEP: f64 = 0.02;
 /// What a crease of slope 1 on both sides is worth, in relative luma.
-const CREASE: f64 = 0.25;
+const CREASE: f64 = 0.35;
 /// A line that is not cheaper than its surroundings by this much says nothing: then the landmarks stay as they are.
 const CONTRAST: f64 = 0.05;
 
@@ -137,7 +137,7 @@ impl LipLine {
                 let p = middle + up * shift(row);
                 let z = |offset: f64| depth(p.x + up.x * offset, p.y + up.y * offset);
                 if let (Some(above), Some(here), Some(below)) = (z(arm), z(0.0), z(-arm)) {
-                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-1.0, 1.0);
+                    crease[i][row] = ((above + below - 2.0 * here) / (2.0 * arm)).clamp(-2.0, 2.0);
                 }
                 brightness[i][row] = luma.map_or(0.0, |luma| luma(p.x, p.y));
             }

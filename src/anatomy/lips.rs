@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    distances::Distances,
     edit::{EditMesh, triangle_edges},
     lip_line::LipLine,
     regions::{INNER_CORNERS, LOWER_INNER, UPPER_INNER},
@@ -185,7 +186,7 @@ fn is_open(
         (p.z.min(q.z) > nearest).then(|| (p - q).norm())
     };
     let straight = (edit.at(from) - edit.at(to)).norm();
-    let way = edit.cheapest_path(patch, from, to, price);
+    let way = Distances::from(edit, patch, &[from], price).way_to(to);
     let detour = way.map_or(f64::INFINITY, |(_, length)| length / straight.max(1e-9));
     tracing::info!("from lip to lip the skin takes {detour:.2} times the straight way");
     Ok(detour > DETOUR)
@@ -206,7 +207,7 @@ fn opening(edit: &EditMesh, patch: &[u32], line: &LipLine, front: f64, mouth: f6
         let at = |p: nalgebra::Point2<f64>| closest(Point3::new(p.x, p.y, front + ACROSS * mouth));
         let (Some(above), Some(below)) = (at(middle + up), at(middle - up)) else { return false };
         let price = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
-        let way = edit.cheapest_path(patch, above, below, price);
+        let way = Distances::from(edit, patch, &[above], price).way_to(below);
         let straight = (edit.at(above) - edit.at(below)).norm().max(ACROSS * mouth);
         way.is_none_or(|(_, length)| length > NARROW_DETOUR * straight)
     };
@@ -259,7 +260,7 @@ fn open_fused(
         let off = line.above(p).abs().max(line.above(q).abs()) / fine;
         (p.z.min(q.z) > depths.start).then_some(length * (1.0 + 4.0 * off * off))
     };
-    let (path, _) = edit.cheapest_path(patch, start, stop, price).ok_or(LipFault::Broken)?;
+    let (path, _) = Distances::from(edit, patch, &[start], price).way_to(stop).ok_or(LipFault::Broken)?;
     let followed = path.iter().filter(|place| on.contains(place)).count();
     if (followed as f64) < ON_LINE * path.len() as f64 {
         return Err(LipFault::Broken);

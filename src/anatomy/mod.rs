@@ -8,6 +8,8 @@
 //! open mouth out of its results, 001 turns the jaw but leaves lips and lids to the model's author.
 
 mod atlas;
+mod disjoint;
+mod distances;
 mod edit;
 mod eye_hole;
 mod eyeball;
@@ -15,9 +17,12 @@ mod frame;
 mod front_view;
 mod interior;
 mod jaw;
+mod join;
 mod lids;
 mod lip_line;
 mod lips;
+mod model;
+mod mouth;
 mod outline;
 mod part;
 mod prepare;
@@ -32,7 +37,7 @@ pub use interior::{Hanging, RingPoint};
 pub use jaw::{Jaw, JawPose};
 pub use lids::{CLOSURES, LidShapes, shares as lid_shares};
 pub use lips::LipFault;
-pub use prepare::{Anatomy, Eye, Mouth, Omission, Part, PartKind, RimNode, RimVertex};
+pub use model::{Anatomy, Eye, Mouth, Omission, Part, PartKind, RimNode, RimVertex};
 pub use regions::{
     BETWEEN_JAW_AND_SKULL, CHIN, CORNERS, EyeLandmarks, INNER_CORNERS, LOWER_INNER, LOWER_LIP, ON_JAW,
     OUTER_CORNERS, UPPER_INNER, UPPER_LIP, eye_landmarks,

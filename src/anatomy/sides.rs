@@ -1,9 +1,12 @@
 //! To which lip every vertex belongs.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::Point3;
 
 use super::{
-    edit::{Distances, EditMesh},
+    distances::Distances,
+    edit::EditMesh,
     lip_line::LipLine,
     lips::Lips,
     regions::{LOWER_LIP, UPPER_LIP},
@@ -35,6 +38,13 @@ pub fn lower_side(
     let length = |a: u32, b: u32| Some((edit.at(a) - edit.at(b)).norm());
     let from_upper = Distances::from(edit, &patch, &upper, length);
     let from_lower = Distances::from(edit, &patch, &lower, length);
+    // What hangs together with neither lip, as a row of teeth, goes with one of them as a whole.
+    let component = edit.components();
+    let mut heights: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+    for (p, name) in edit.mesh().positions.iter().zip(&component) {
+        let sum = heights.entry(*name).or_default();
+        *sum = (sum.0 + line.above(p), sum.1 + 1.0);
+    }
     let mut sides: Vec<f32> = (0_u32..)
         .zip(&edit.mesh().positions)
         .map(|(vertex, p)| {
@@ -45,7 +55,11 @@ pub fn lower_side(
             }
             let place = edit.place(vertex);
             let (up, down) = (from_upper.to(place), from_lower.to(place));
-            let is_lower = if up.is_finite() || down.is_finite() { down < up } else { above < 0.0 };
+            let is_lower = if up.is_finite() || down.is_finite() {
+                down < up
+            } else {
+                heights.get(&component[vertex as usize]).map_or(above, |sum| sum.0 / sum.1) < 0.0
+            };
             f32::from(u8::from(is_lower))
         })
         .collect();
@@ -74,7 +88,7 @@ fn starts(
     // The rows on the outside of each lip, without their ends: the inner ones and those at the corners may have been
     // taken for the other lip's.
     let nearest = |list: &[usize]| {
-        let places: std::collections::BTreeSet<u32> = patch.iter().flat_map(|&t| edit.corners(t)).collect();
+        let places: BTreeSet<u32> = patch.iter().flat_map(|&t| edit.corners(t)).collect();
         list.iter()
             .filter_map(|&i| landmarks[i])
             .filter_map(|p| {

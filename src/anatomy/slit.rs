@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
 
+use super::disjoint::DisjointSets;
 use super::edit::{Edge, EditMesh, ordered, triangle_edges};
 
 /// The two rims of a cut, place by place from one end to the other. They share both ends.
@@ -66,35 +67,25 @@ pub fn cut(
 
 /// Triangles joined across edges that touch `inner` and are not `along` the path.
 fn sides(mesh: &EditMesh, around: &[u32], inner: &BTreeSet<u32>, along: &BTreeSet<Edge>) -> Vec<Vec<u32>> {
-    let mut parent: Vec<usize> = (0..around.len()).collect();
-    let mut first: BTreeMap<Edge, usize> = BTreeMap::new();
-    for (i, &triangle) in around.iter().enumerate() {
+    let mut sets = DisjointSets::new(around.len());
+    let mut first: BTreeMap<Edge, u32> = BTreeMap::new();
+    for (i, &triangle) in (0_u32..).zip(around) {
         for edge in triangle_edges(mesh.corners(triangle)) {
             if along.contains(&edge) || !(inner.contains(&edge.0) || inner.contains(&edge.1)) {
                 continue;
             }
             if let Some(&other) = first.get(&edge) {
-                let (a, b) = (root(&mut parent, i), root(&mut parent, other));
-                parent[a.max(b)] = a.min(b);
+                sets.join(i, other);
             } else {
                 first.insert(edge, i);
             }
         }
     }
-    let mut sides: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (i, &triangle) in around.iter().enumerate() {
-        sides.entry(root(&mut parent, i)).or_default().push(triangle);
+    let mut sides: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, &triangle) in (0_u32..).zip(around) {
+        sides.entry(sets.least(i)).or_default().push(triangle);
     }
     sides.into_values().collect()
-}
-
-/// The first of those that are joined with `i`.
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 /// How many edges belong to one triangle alone.
@@ -107,6 +98,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::anatomy::distances::Distances;
     use crate::scan::Mesh;
 
     /// A sheet of n × n quads over −1..=1, each vertex moved by up to `jitter` of a quad.
@@ -151,7 +143,7 @@ mod tests {
         };
         let price =
             |a: u32, b: u32| (on.contains(&a) && on.contains(&b)).then(|| (edit.at(a) - edit.at(b)).norm());
-        let (path, _) = edit.cheapest_path(&patch, end(-0.6), end(0.6), price).unwrap();
+        let (path, _) = Distances::from(&edit, &patch, &[end(-0.6)], price).way_to(end(0.6)).unwrap();
         let slit = cut(&mut edit, &patch, &path, line);
         (edit, slit)
     }

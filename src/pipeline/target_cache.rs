@@ -151,7 +151,8 @@ fn key(own: &Mesh, options: &TargetOptions, adapter: &str) -> Option<String> {
     }
     hash.update(postcard::to_stdvec(&mesh).ok()?);
     let digest = hash.finalize();
-    Some(digest.iter().take(16).fold(String::new(), |name, byte| format!("{name}{byte:02x}")))
+    let (name, _) = digest.split_first_chunk::<16>()?;
+    Some(format!("{:032x}", u128::from_be_bytes(*name)))
 }
 
 #[cfg(test)]

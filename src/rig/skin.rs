@@ -55,7 +55,7 @@ impl SkinWarp {
         let jaw = bone.is_some().then_some(controls.rest.len());
         let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
         let lids = [0, 1].map(|eye| {
-            anatomy.eyes[eye].as_ref()?;
+            anatomy.eyes[eye].as_ref().filter(|eye| !eye.lids.vertices.is_empty())?;
             columns += LIDS;
             Some(columns - LIDS)
         });
