@@ -39,8 +39,7 @@ impl Rig {
         let transfer = Transfer::new(performer, target, rule)?;
         let carried = |landmark: usize| Some(transfer.place(landmark));
         let puppet = Puppet::new(target, anatomy, surface, &carried, rule)?;
-        let width = target.distance(index::MOUTH_RIGHT, index::MOUTH_LEFT);
-        let lips = anatomy.mouth.as_ref().map(|mouth| LipDrive::new(performer, mouth, width));
+        let lips = anatomy.mouth.as_ref().map(|mouth| LipDrive::new(performer, target, mouth));
         Ok(Self { puppet, transfer, lips, head: HeadFollow::new(performer, target) })
     }
 

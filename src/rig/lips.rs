@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::Transfer;
+use super::{TargetFace, Transfer};
 use crate::{
     anatomy::{INNER_CORNERS, LOWER_INNER, Mouth, OUTER_CORNERS, UPPER_INNER},
     lift::{Displacements, Performer},
@@ -50,10 +50,12 @@ pub(super) struct Wish {
 }
 
 impl LipDrive {
-    /// For one performer and one target's mouth. `target_width` is its width in millimetres.
-    pub fn new(performer: &Performer, mouth: &Mouth, target_width: f64) -> Self {
+    /// For one performer and one target's mouth.
+    pub fn new(performer: &Performer, target: &TargetFace, mouth: &Mouth) -> Self {
         let neutral = performer.neutral();
+        // Upwards in the picture, on both: what the two faces' own axes call up may differ by their tilt.
         let up_performer = performer.level().inverse() * Vector3::y();
+        let up_target = target.level.inverse() * Vector3::y();
         let pairs = std::array::from_fn(|k| [neutral[UPPER_INNER[k]], neutral[LOWER_INNER[k]]]);
         let [most, noise] = [SHUT, NOISE].map(|share| share * performer.outer_canthal_distance());
         let closed = performer.closed_lips().map(|gap| (gap * SLACK + noise).clamp(0.0, most));
@@ -64,14 +66,14 @@ impl LipDrive {
             .map(|node| Node {
                 station: node.station,
                 share: node.share,
-                rest: (node.rest[0] - node.rest[1]).dot(&mouth.up),
+                rest: (node.rest[0] - node.rest[1]).dot(&up_target),
             })
             .collect();
         Self {
             nodes,
             up_performer,
-            up_target: mouth.up,
-            ratio: target_width / width.max(f64::MIN_POSITIVE),
+            up_target,
+            ratio: target.distance(OUTER_CORNERS[0], OUTER_CORNERS[1]) / width.max(f64::MIN_POSITIVE),
             pairs,
             closed,
         }
