@@ -12,8 +12,8 @@ const OPENING: std::ops::RangeInclusive<f64> = -0.04..=0.6;
 /// Radians about the upright axis, and millimetres forward.
 const SWING: std::ops::RangeInclusive<f64> = -0.12..=0.12;
 const PROTRUSION: std::ops::RangeInclusive<f64> = -3.0..=8.0;
-/// How much each axis of the chin's motion is believed: across and upright are seen, depth is the network's hint.
-const TRUST: [f64; 3] = [1.0, 1.0, 0.15];
+/// How much of the chin's motion along the line of sight is believed: it is the network's hint. What is across is seen.
+const TRUST: f64 = 0.15;
 /// Pulls the forward slide to none where nothing speaks for it, in millimetres² of the chin's points.
 const STAY: f64 = 0.6;
 
@@ -53,28 +53,34 @@ impl Jaw {
         Isometry3::from_parts((pivot - turn * pivot + slide).into(), turn)
     }
 
-    /// The pose that moves the chin's points as they were seen to move: `points` with their displacements, scan frame,
-    /// millimetres. Gauss–Newton from rest; the same input gives the same output.
-    pub fn solve(&self, points: impl Iterator<Item = (Point3<f64>, Vector3<f64>)> + Clone) -> JawPose {
+    /// The pose that moves the chin's points as they were seen to move: `points` with their displacements, and the camera
+    /// that saw them, scan frame, millimetres. Gauss–Newton from rest; the same input gives the same output.
+    pub fn solve(
+        &self,
+        points: impl Iterator<Item = (Point3<f64>, Vector3<f64>)> + Clone,
+        camera: &Point3<f64>,
+    ) -> JawPose {
         const ROUNDS: usize = 6;
         let mut pose = JawPose::default();
-        let seen = points.map(|(p, d)| (self.to_face * (p - self.pivot), self.to_face * d));
+        let seen = points.map(|(p, d)| {
+            let sight = (p - camera).try_normalize(0.0).unwrap_or_default();
+            (self.to_face * (p - self.pivot), self.to_face * d, self.to_face * sight)
+        });
         let count = seen.clone().count() as f64;
         if count < 1.0 {
             return pose;
         }
-        let trust = Vector3::from(TRUST);
         for _ in 0..ROUNDS {
             let rotation = turn(&pose, 1.0);
             let mut normal = Matrix3::zeros();
             let mut gradient = Vector3::zeros();
-            for (arm, wanted) in seen.clone() {
+            for (arm, wanted, sight) in seen.clone() {
                 let moved: Vector3<f64> = rotation * arm;
-                let residual =
-                    (wanted - (moved + Vector3::z() * pose.protrusion - arm)).component_mul(&trust);
+                let believed = |v: Vector3<f64>| v - sight * ((1.0 - TRUST) * sight.dot(&v));
+                let residual = believed(wanted - (moved + Vector3::z() * pose.protrusion - arm));
                 // Opening turns about +x, swing about +y, both applied to what has been turned already.
                 let columns = [Vector3::x().cross(&moved), Vector3::y().cross(&moved), Vector3::z()];
-                let jacobian = Matrix3::from_columns(&columns.map(|c| c.component_mul(&trust)));
+                let jacobian = Matrix3::from_columns(&columns.map(believed));
                 normal += jacobian.transpose() * jacobian;
                 gradient += jacobian.transpose() * residual;
             }
@@ -124,6 +130,11 @@ mod tests {
         (-3..=3).map(|k| local(7.0 * f64::from(k), -80.0 - f64::from(k * k), 60.0)).collect()
     }
 
+    /// Before the face, a little above it.
+    fn camera(jaw: &Jaw) -> Point3<f64> {
+        jaw.pivot + jaw.to_face.inverse() * Vector3::new(20.0, 60.0, 500.0)
+    }
+
     #[test]
     fn known_poses_come_back() {
         let jaw = jaw();
@@ -131,7 +142,7 @@ mod tests {
             let pose = JawPose { opening, swing, protrusion: 0.0 };
             let motion = jaw.motion(&pose, 1.0);
             let seen: Vec<_> = chin(&jaw).into_iter().map(|p| (p, motion * p - p)).collect();
-            let found = jaw.solve(seen.into_iter());
+            let found = jaw.solve(seen.into_iter(), &camera(&jaw));
             assert!((found.opening - opening).abs() < 1e-3, "{found:?}");
             assert!((found.swing - swing).abs() < 1e-3, "{found:?}");
             assert!(found.protrusion.abs() < 0.2, "{found:?}");
@@ -151,9 +162,9 @@ mod tests {
 
     #[test]
     fn nothing_seen_is_rest() {
-        assert_eq!(jaw().solve(std::iter::empty()), JawPose::default());
+        assert_eq!(jaw().solve(std::iter::empty(), &camera(&jaw())), JawPose::default());
         let still: Vec<_> = chin(&jaw()).into_iter().map(|p| (p, Vector3::zeros())).collect();
-        let found = jaw().solve(still.into_iter());
+        let found = jaw().solve(still.into_iter(), &camera(&jaw()));
         assert!(found.opening.abs() < 1e-12 && found.swing.abs() < 1e-12 && found.protrusion.abs() < 1e-12);
     }
 }

@@ -1,6 +1,6 @@
 //! The rig of one performer on one target: displacements in, vertices out, nothing allocated in between.
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, center};
 
 use super::{
     AvatarFrame, Bones, Controls, Driver, LipDrive, Puppet, RigError, TargetFace, Transfer, TransferRule,
@@ -90,7 +90,7 @@ impl Rig {
                 .map_or(1.0, |(lips, wishes)| lips.freedom(node, wishes)),
             Driver::Landmark(_) | Driver::Skull => 1.0,
         };
-        self.puppet.fill(moved, freedom, &expression.eyes, out)
+        self.puppet.fill(moved, freedom, &expression.eyes, &self.head.camera(&expression.pose), out)
     }
 
     /// The avatar for one expression; `frame` comes from [`Rig::new_frame`].
@@ -110,6 +110,8 @@ impl Rig {
 #[derive(Debug, Clone)]
 struct HeadFollow {
     rest: HeadPose,
+    performer_eyes: Point3<f64>,
+    target_eyes: Point3<f64>,
     performer_pivot: Point3<f64>,
     target_pivot: Point3<f64>,
     level: Rotation3<f64>,
@@ -118,21 +120,29 @@ struct HeadFollow {
 
 impl HeadFollow {
     fn new(performer: &Performer, target: &TargetFace) -> Self {
-        let middle = |a: Point3<f64>, b: Point3<f64>| nalgebra::center(&a, &b);
         let (scale_performer, scale_target) =
             (performer.outer_canthal_distance(), target.outer_canthal_distance());
         let back = |scale: f64| Vector3::new(0.0, 0.0, -PIVOT_DEPTH * scale);
-        let eyes = |landmark: usize| performer.neutral()[landmark];
-        let target_eyes = |landmark: usize| target.landmarks[landmark].unwrap_or_else(Point3::origin);
+        let corners = [index::RIGHT_EYE_OUTER, index::LEFT_EYE_OUTER];
+        let [a, b] = corners.map(|corner| performer.neutral()[corner]);
+        let [c, d] = corners.map(|corner| target.landmarks[corner].unwrap_or_else(Point3::origin));
+        let (performer_eyes, target_eyes) = (center(&a, &b), center(&c, &d));
         Self {
             rest: *performer.rest(),
-            performer_pivot: middle(eyes(index::RIGHT_EYE_OUTER), eyes(index::LEFT_EYE_OUTER))
-                + back(scale_performer),
-            target_pivot: middle(target_eyes(index::RIGHT_EYE_OUTER), target_eyes(index::LEFT_EYE_OUTER))
-                + target.level.inverse() * back(scale_target),
+            performer_eyes,
+            target_eyes,
+            performer_pivot: performer_eyes + back(scale_performer),
+            target_pivot: target_eyes + target.level.inverse() * back(scale_target),
             level: target.level,
             scale: scale_target / scale_performer.max(f64::MIN_POSITIVE),
         }
+    }
+
+    /// Where the performer's camera stands about the target's unmoved head: scan frame, millimetres.
+    fn camera(&self, pose: &HeadPose) -> Point3<f64> {
+        let level = upright() * self.rest.rotation;
+        let away = level * (pose.to_scan(&Point3::origin()) - self.performer_eyes);
+        self.target_eyes + self.level.inverse() * away * self.scale
     }
 
     /// How the head has turned and moved from the neutral, in the target's scan frame.

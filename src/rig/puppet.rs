@@ -146,19 +146,20 @@ impl Puppet {
 
     /// Fills the warp's columns for controls that move by `moved`, target's scan frame, millimetres, and tells how the
     /// bones move. The jaw is where the chin says that it is; what it does not explain is left to the splines. `freedom`
-    /// tells of each control how far, 0..=1, its depth may be the jaw's.
+    /// tells of each control how far, 0..=1, its depth may be the jaw's; `camera` is where they were seen from.
     pub(super) fn fill(
         &self,
         moved: impl Fn(Driver) -> Vector3<f64>,
         freedom: impl Fn(Driver) -> f64,
         eyes: &Eyes,
+        camera: &Point3<f64>,
         out: &mut [[f32; 3]],
     ) -> Bones {
         let pose = self.jaw.map_or_else(JawPose::default, |jaw| {
             let chin = self.chin.map(|control| {
                 control.map(|control| (self.controls.rest[control], moved(self.controls.drivers[control])))
             });
-            jaw.solve(chin.into_iter().flatten())
+            jaw.solve(chin.into_iter().flatten(), camera)
         });
         let bones = self.bones(&pose, eyes);
         let opened = (pose.opening / OPENED).clamp(0.0, 1.0);
@@ -167,9 +168,11 @@ impl Puppet {
             let mut vector = moved(*driver);
             if self.jaw.is_some() {
                 let rigid = (bones.jaw * rest - rest) * share;
-                // Depth is the network's guess: where an opening jaw carries the skin, the bone knows better.
+                // Depth is the network's guess: where an opening jaw carries the skin, the bone knows better. What was
+                // seen stays in the picture, since it moves along its ray.
                 let bony = opened * share * freedom(*driver);
-                vector += self.out * ((rigid - vector).dot(&self.out) * bony) - rigid;
+                let ray = rest + vector - camera;
+                vector += ray * ((rigid - vector).dot(&self.out) * bony / ray.dot(&self.out)) - rigid;
             }
             *to = vector.map(|v| v as f32).into();
         }
