@@ -37,7 +37,12 @@ fn mouth(acting: &Acting) -> &Mouth {
 }
 
 fn rims(acting: &Acting, frame: &AvatarFrame) -> Rims {
-    Rims::of_mouth(mouth(acting), &points(&frame.positions), &acting.opened.anatomy.mesh.positions)
+    Rims::of_mouth(
+        mouth(acting),
+        acting.lips().up(),
+        &points(&frame.positions),
+        &acting.opened.anatomy.mesh.positions,
+    )
 }
 
 #[track_caller]
@@ -140,7 +145,7 @@ fn gaps(acting: &Acting, frame: &AvatarFrame) -> [f64; 9] {
         };
         let upper = at(&mouth.rims[0], &rims.upper, &node.rest[0]);
         let lower = at(&mouth.rims[1], &rims.lower, &node.rest[1]);
-        (upper - lower).dot(&mouth.up)
+        (upper - lower).dot(&acting.lips().up())
     })
 }
 

@@ -79,6 +79,11 @@ impl LipDrive {
         }
     }
 
+    /// Upwards in the picture, which is the direction of gaps: a unit vector in the target's scan frame.
+    pub fn up(&self) -> Vector3<f64> {
+        self.up_target
+    }
+
     /// The gap that a pair of the performer's inner lips asks of the target, millimetres.
     pub fn wanted_gap(&self, pair: usize, displacements: &Displacements) -> f64 {
         let [u, l] = self.pairs[pair];

@@ -15,14 +15,19 @@ pub struct Rims {
 }
 
 impl Rims {
-    /// The lips of a mesh whose vertices are at `positions`.
-    pub fn of_mouth(mouth: &Mouth, positions: &[Point3<f64>], rest: &[Point3<f64>]) -> Self {
+    /// The lips of a mesh whose vertices are at `positions`; they part along `up`.
+    pub fn of_mouth(
+        mouth: &Mouth,
+        up: Vector3<f64>,
+        positions: &[Point3<f64>],
+        rest: &[Point3<f64>],
+    ) -> Self {
         let [upper, lower] =
             [&mouth.rims[0], &mouth.rims[1]].map(|rim| rim.iter().map(|&v| positions[v as usize]).collect());
         let (first, last) = (mouth.rims[0][0] as usize, mouth.rims[0][mouth.rims[0].len() - 1] as usize);
         let straight = rest[last] - rest[first];
-        let along = (straight - mouth.up * straight.dot(&mouth.up)).normalize();
-        Self { upper, lower, up: mouth.up, along }
+        let along = (straight - up * straight.dot(&up)).normalize();
+        Self { upper, lower, up, along }
     }
 
     /// For each pair how far the upper one lies above the lower, millimetres.
