@@ -23,7 +23,7 @@ use understudy::{
         Motion, Networks, Performance, Photographer, SolveOptions, Stopwatch, Target, TargetOptions,
         read_canonical_face,
     },
-    rig::{Rig, TargetFace, TransferRule},
+    rig::{Method, Rig, TargetFace},
     scan::{Surface, read_mesh},
     tracking::TrackerOptions,
     view::{Gpu, Model},
@@ -69,7 +69,7 @@ impl Studio {
 
     fn rig(&self, opened: bool) -> Rig {
         let (anatomy, surface) = (self.anatomy(opened), &self.target.surface);
-        Rig::new(&self.performer, &self.face, anatomy, surface, TransferRule::Spline).unwrap()
+        Rig::new(&self.performer, &self.face, anatomy, surface, Method::default()).unwrap()
     }
 }
 

@@ -17,7 +17,7 @@ use understudy::{
     pipeline::{
         Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions, read_canonical_face,
     },
-    rig::{Rig, TransferRule},
+    rig::{Method, Rig},
     tracking::{BlendshapeNetwork, LANDMARK_COUNT, Landmarks, TrackerOptions, index},
     view::Gpu,
 };
@@ -150,7 +150,7 @@ fn pose_james(bencher: Bencher<'_, '_>) {
     let mut target = Target::load(&scan, &options, &gpu, &mut networks.tracker).unwrap();
     let performer = &TAKE.unsmoothed.performer;
     let (face, _) = target.level_with(performer.rest_landmarks(), &mut networks.tracker).unwrap();
-    let rig = Rig::new(performer, &face, &target.anatomy, &target.surface, TransferRule::Spline).unwrap();
+    let rig = Rig::new(performer, &face, &target.anatomy, &target.surface, Method::default()).unwrap();
     let (mut frame, expressions) = (rig.new_frame(), TAKE.expressions());
     let mut next = expressions.iter().cycle();
     bencher.bench_local(|| rig.pose(next.next().unwrap(), &mut frame).unwrap());

@@ -18,7 +18,7 @@ use understudy::{
         HeadMode, Motion, Networks, Performance, SolveOptions, Stage, Stopwatch, Target, TargetOptions,
         read_canonical_face,
     },
-    rig::{Rig, TransferRule},
+    rig::{Method, Rig},
     tracking::{Landmarks, ShapeScores, TrackerOptions, index},
     view::{Gpu, Look, Smoothing, contact_sheet, save_png},
 };
@@ -135,13 +135,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             let (face, _) =
                 target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-            let rig = Rig::new(
-                &take.motion.performer,
-                &face,
-                &target.anatomy,
-                &target.surface,
-                TransferRule::Spline,
-            )?;
+            let rig =
+                Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, Method::default())?;
             let smoothing = Smoothing::Samples4;
             let size = [arguments.side; 2];
             let mut stage =

@@ -14,6 +14,8 @@ pub mod lift;
 pub mod scan;
 pub mod spline;
 
+pub mod actions;
+
 pub mod deform;
 
 pub mod rig;

@@ -19,7 +19,7 @@ use understudy::{
         ON_JAW, UPPER_INNER,
     },
     lift::{Expression, Eyes},
-    rig::{AvatarFrame, Transfer, TransferRule},
+    rig::{AvatarFrame, Method, Transfer},
     tracking::index,
 };
 
@@ -179,7 +179,7 @@ fn the_corners_of_the_mouth_stay_shut() {
         let rims = &mouth(acting).rims;
         assert_eq!([rims[0].first(), rims[0].last()], [rims[1].first(), rims[1].last()]);
     }
-    let transfer = Transfer::new(&CLIP.performer, &JAMES.face, TransferRule::Spline).unwrap();
+    let transfer = Transfer::new(&CLIP.performer, &JAMES.face, Method::default()).unwrap();
     let (rim, rest) = (&mouth(&JAMES).rims[0], &JAMES.opened.anatomy.mesh.positions);
     for frame in CLIP.frames.iter().step_by(STEP) {
         let posed = points(&JAMES.posed(&frame.expression).positions);

@@ -10,7 +10,7 @@ use understudy::{
     head::{Camera, HeadPose, true_turn},
     lift::{Displacements, Expression, Eyes, Performer, frontal_pose},
     pipeline::read_canonical_face,
-    rig::{Driver, Rig, TargetFace, TransferRule},
+    rig::{Driver, Method, Rig, TargetFace},
     scan::{Mesh, Surface},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks, index},
 };
@@ -63,7 +63,7 @@ fn pair() -> Pair {
     Pair { performer, target, mesh, surface, turn }
 }
 
-fn rig(pair: &Pair, rule: TransferRule) -> Rig {
+fn rig(pair: &Pair, rule: Method) -> Rig {
     Rig::new(&pair.performer, &pair.target, &Anatomy::as_scanned(&pair.mesh), &pair.surface, rule).unwrap()
 }
 
@@ -89,7 +89,7 @@ fn expression(performer: &Performer) -> Expression {
 #[test]
 fn the_neutral_is_the_scan_itself() {
     let pair = pair();
-    for rule in [TransferRule::Spline, TransferRule::Thesis] {
+    for rule in [Method::default(), Method::THESIS] {
         let rig = rig(&pair, rule);
         let mut frame = rig.new_frame();
         let neutral = Expression {
@@ -106,7 +106,7 @@ fn the_neutral_is_the_scan_itself() {
 #[test]
 fn the_spline_rule_turns_and_scales_motions_with_the_face() {
     let pair = pair();
-    let rig = rig(&pair, TransferRule::Spline);
+    let rig = rig(&pair, Method::default());
     let expression = expression(&pair.performer);
     let mut controls = rig.new_frame().controls;
     rig.pose_controls(&expression, &mut controls);
@@ -120,7 +120,7 @@ fn the_spline_rule_turns_and_scales_motions_with_the_face() {
 #[test]
 fn vertices_follow_their_controls() {
     let pair = pair();
-    let rig = rig(&pair, TransferRule::Spline);
+    let rig = rig(&pair, Method::default());
     let expression = expression(&pair.performer);
     let mut frame = rig.new_frame();
     rig.pose(&expression, &mut frame).unwrap();
@@ -137,7 +137,7 @@ fn vertices_follow_their_controls() {
 #[test]
 fn the_thesis_scales_the_lower_face_by_the_mouth_and_copies_the_upper() {
     let pair = pair();
-    let rig = rig(&pair, TransferRule::Thesis);
+    let rig = rig(&pair, Method::THESIS);
     let expression = expression(&pair.performer);
     let mut controls = rig.new_frame().controls;
     rig.pose_controls(&expression, &mut controls);
@@ -153,7 +153,7 @@ fn the_thesis_scales_the_lower_face_by_the_mouth_and_copies_the_upper() {
 #[test]
 fn the_head_turns_with_the_performers_in_the_targets_own_frame() {
     let pair = pair();
-    let rig = rig(&pair, TransferRule::Spline);
+    let rig = rig(&pair, Method::default());
     let rest = *pair.performer.rest();
     // The performer turns to the subject's left, about the upright axis of the picture.
     let angle = 0.4;
@@ -172,7 +172,7 @@ fn a_landmark_that_was_not_found_is_carried_over_and_snapped() {
     let mut pair = pair();
     let lost = 425;
     let truth = pair.target.landmarks[lost].take().unwrap();
-    let rig = rig(&pair, TransferRule::Spline);
+    let rig = rig(&pair, Method::default());
     let control = rig.controls().of_landmark(lost).unwrap();
     let place = rig.controls().rest[control];
     assert!((place - truth).norm() < 2.0, "{place} for {truth}");

@@ -32,7 +32,7 @@ use understudy::{
         Animation, HeadMode, Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions,
         read_canonical_face,
     },
-    rig::{Rig, TransferRule},
+    rig::{Method, Rig},
     tracking::TrackerOptions,
     view::Gpu,
 };
@@ -104,7 +104,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let take = solve(clip, &assets, &mut networks)?;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
         let rig =
-            Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, TransferRule::Spline)?;
+            Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, Method::default())?;
         let follower = Follower::new(&face, &target.anatomy)?;
         let curves = compare(&take, &rig, &follower)?;
         if let Some(folder) = &arguments.output {

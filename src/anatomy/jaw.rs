@@ -54,16 +54,16 @@ impl Jaw {
     }
 
     /// The pose that moves the chin's points as they were seen to move: `points` with their displacements, and the camera
-    /// that saw them, scan frame, millimetres. Gauss–Newton from rest; the same input gives the same output.
+    /// that saw them, if it was one, scan frame, millimetres. Gauss–Newton from rest; the same input gives the same output.
     pub fn solve(
         &self,
         points: impl Iterator<Item = (Point3<f64>, Vector3<f64>)> + Clone,
-        camera: &Point3<f64>,
+        camera: Option<&Point3<f64>>,
     ) -> JawPose {
         const ROUNDS: usize = 6;
         let mut pose = JawPose::default();
         let seen = points.map(|(p, d)| {
-            let sight = (p - camera).try_normalize(0.0).unwrap_or_default();
+            let sight = camera.and_then(|camera| (p - camera).try_normalize(0.0)).unwrap_or_default();
             (self.to_face * (p - self.pivot), self.to_face * d, self.to_face * sight)
         });
         let count = seen.clone().count() as f64;
@@ -142,7 +142,7 @@ mod tests {
             let pose = JawPose { opening, swing, protrusion: 0.0 };
             let motion = jaw.motion(&pose, 1.0);
             let seen: Vec<_> = chin(&jaw).into_iter().map(|p| (p, motion * p - p)).collect();
-            let found = jaw.solve(seen.into_iter(), &camera(&jaw));
+            let found = jaw.solve(seen.into_iter(), Some(&camera(&jaw)));
             assert!((found.opening - opening).abs() < 1e-3, "{found:?}");
             assert!((found.swing - swing).abs() < 1e-3, "{found:?}");
             assert!(found.protrusion.abs() < 0.2, "{found:?}");
@@ -162,9 +162,9 @@ mod tests {
 
     #[test]
     fn nothing_seen_is_rest() {
-        assert_eq!(jaw().solve(std::iter::empty(), &camera(&jaw())), JawPose::default());
+        assert_eq!(jaw().solve(std::iter::empty(), None), JawPose::default());
         let still: Vec<_> = chin(&jaw()).into_iter().map(|p| (p, Vector3::zeros())).collect();
-        let found = jaw().solve(still.into_iter(), &camera(&jaw()));
+        let found = jaw().solve(still.into_iter(), Some(&camera(&jaw())));
         assert!(found.opening.abs() < 1e-12 && found.swing.abs() < 1e-12 && found.protrusion.abs() < 1e-12);
     }
 }

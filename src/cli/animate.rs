@@ -8,14 +8,16 @@ use understudy::{
     export::Draft,
     lift::FaceState,
     pipeline::{Animation, HeadMode, Stage, Target, VideoPlan, preview_sheet},
-    rig::{Rig, TransferRule},
+    rig::{DriveMode, Rig, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
 };
 
 use super::{
     Outcome,
     clip::ClipArgs,
-    inputs, progress,
+    inputs,
+    method::{MethodArgs, library},
+    progress,
     target::{ScanArgs, parse_size, report, report_anatomy},
 };
 
@@ -24,7 +26,7 @@ Examples:
   understudy animate clip.mp4 --target scan.obj -o avatar.mp4
   understudy animate clip.mp4 --target scan.obj -o avatar.glb -o avatar.pc2 -o motion.csv
   understudy animate clip.mp4 --target scan.ply --compare -o both.mp4 -o preview.png
-  understudy animate clip.mp4 --target bust.glb --head still --transfer thesis -o avatar.mp4
+  understudy animate clip.mp4 --target bust.glb --head still --preset thesis -o avatar.mp4
 
 Outputs:
   .mp4  the avatar as a film, with the clip's sound
@@ -50,9 +52,14 @@ pub struct Animate {
     /// Whether the avatar's head moves with the performer's
     #[arg(long, value_enum, default_value_t = HeadArg::Follow)]
     head: HeadArg,
-    /// How motion is carried from one face to the other
-    #[arg(long, value_enum, default_value_t = TransferArg::Spline)]
-    transfer: TransferArg,
+    /// What of the performer drives the target
+    #[arg(long, value_enum, default_value_t = DriveArg::Landmarks)]
+    drive: DriveArg,
+    /// A library of action units, written by `author`, in place of the built-in one
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
+    #[command(flatten)]
+    method: MethodArgs,
     /// Show the performer beside the avatar in the film
     #[arg(long)]
     compare: bool,
@@ -70,11 +77,11 @@ enum HeadArg {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum TransferArg {
-    /// Motions bend with the regularised landmark spline
-    Spline,
-    /// Motions of the lower face scale with the mouth's width, the others are copied (Erdoğdu)
-    Thesis,
+enum DriveArg {
+    /// The performer's landmarks themselves
+    Landmarks,
+    /// Action units measured from them, through the library
+    Actions,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -110,7 +117,9 @@ impl Animate {
         let gpu = Gpu::headless()?;
         let mut networks = ClipArgs::networks(&assets)?;
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
-        if matches!(self.transfer, TransferArg::Spline) {
+        let method = self.method.method();
+        let library = library(self.from.as_deref())?;
+        if method.warp != WarpKind::Regions {
             target.prepare(&gpu)?;
             report_anatomy(&target);
         }
@@ -122,16 +131,17 @@ impl Animate {
             target.level_with(take.motion.performer.rest_landmarks(), &mut take.networks.tracker)
         })?;
         tracing::info!("levelled in steps of {angles:.3?} rad");
-        let rule = match self.transfer {
-            TransferArg::Spline => TransferRule::Spline,
-            TransferArg::Thesis => TransferRule::Thesis,
+        let drive = match self.drive {
+            DriveArg::Landmarks => DriveMode::Landmarks,
+            DriveArg::Actions => DriveMode::Actions,
         };
         let head = match self.head {
             HeadArg::Follow => HeadMode::Follow,
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || {
-            Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, rule)
+            let (anatomy, surface) = (&target.anatomy, &target.surface);
+            Rig::driven_by(drive, &library, &take.motion.performer, &face, anatomy, surface, method)
         })?;
         let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
         let ticks = animation.ticks().len() as u64;

@@ -13,6 +13,7 @@ mod assets;
 mod clip;
 mod inputs;
 mod landmark;
+mod method;
 mod prepare;
 mod progress;
 mod render;

@@ -9,6 +9,7 @@
 //!
 //! All of them go through [`Draft`]. `docs/formats.md` describes them for users.
 
+mod actions;
 mod csv;
 mod csv_read;
 mod decimal;
@@ -26,6 +27,7 @@ mod mp4;
 mod mp4_program;
 mod pc2;
 
+pub use actions::write_library;
 pub use csv::{MotionCsvWriter, MotionRow};
 pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;

@@ -129,13 +129,14 @@ impl Animation<'_> {
 
     /// How everything moves that the rest follows from.
     pub fn control_motion(&self) -> ControlMotion {
-        let mut moved = self.rig.new_frame().controls;
+        let mut posed = self.rig.new_frame();
         let mut motion = ControlMotion { controls: Vec::new(), bones: Vec::new(), heads: Vec::new() };
         for frame in &self.motion.frames {
-            motion.bones.push(self.rig.pose_controls(&frame.expression, &mut moved));
+            motion.bones.push(self.rig.pose_controls(&frame.expression, &mut posed));
+            let moved = &posed.controls;
             let controls = MatrixXx3::from_fn(moved.len(), |i, axis| f64::from(moved[i][axis]));
             motion.controls.push(controls);
-            motion.heads.push(self.rig.head_motion(&frame.expression.pose));
+            motion.heads.push(posed.head);
         }
         motion
     }

@@ -12,7 +12,7 @@ use crate::{
     anatomy::JawPose,
     export::{GlbAvatar, write_glb},
     lift::{EyeState, Eyes},
-    rig::{AvatarFrame, Puppet, TargetFace, TransferRule},
+    rig::{AvatarFrame, Puppet, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, ViewError, contact_sheet},
 };
 
@@ -58,7 +58,7 @@ fn morphs() -> [Act; 8] {
 /// The target as a puppet that no performer moves.
 fn puppet(target: &Target) -> Result<Puppet, PipelineError> {
     let face = TargetFace::new(target.landmarks.clone(), nalgebra::Rotation3::identity())?;
-    Ok(Puppet::new(&face, &target.anatomy, &target.surface, &|_| None, TransferRule::Spline)?)
+    Ok(Puppet::new(&face, &target.anatomy, &target.surface, &|_| None, &[], WarpKind::Spline)?)
 }
 
 /// Writes the prepared target with its parts as nodes and what it can do as morph targets.

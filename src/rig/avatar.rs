@@ -3,9 +3,11 @@
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, center};
 
 use super::{
-    AvatarFrame, Bones, Controls, Driver, LipDrive, Puppet, RigError, TargetFace, Transfer, TransferRule,
+    ActionRig, ActionSolver, AvatarFrame, Bones, Controls, LipDrive, Method, RigError, SourceFace,
+    TargetFace, drive::Drive, points::PointFill,
 };
 use crate::{
+    actions::{ActionLibrary, ActionWeights, Merge},
     anatomy::Anatomy,
     head::{HeadPose, true_turn},
     lift::{Expression, Performer, upright},
@@ -16,13 +18,27 @@ use crate::{
 
 /// The head turns about a point this many outer canthal distances behind the eyes.
 const PIVOT_DEPTH: f64 = 0.9;
+/// Actions that a solver measures at most.
+const MOST_ACTIONS: usize = 64;
+
+/// What of the performer drives the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DriveMode {
+    /// The landmarks' own displacements, and the folds of the actions that they show.
+    #[default]
+    Landmarks,
+    /// Action units: their magnitudes are measured, and the library moves the target by them.
+    Actions,
+}
 
 /// Everything that stays the same from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    puppet: Puppet,
-    transfer: Transfer,
-    lips: Option<LipDrive>,
+    drive: Drive,
+    fill: PointFill,
+    solver: ActionSolver,
+    /// Where action units drive the target.
+    actions: Option<ActionRig>,
     head: HeadFollow,
 }
 
@@ -34,70 +50,101 @@ impl Rig {
         target: &TargetFace,
         anatomy: &Anatomy,
         surface: &Surface,
-        rule: TransferRule,
+        method: Method,
     ) -> Result<Self, RigError> {
-        let transfer = Transfer::new(performer, target, rule)?;
-        let carried = |landmark: usize| Some(transfer.place(landmark));
-        let puppet = Puppet::new(target, anatomy, surface, &carried, rule)?;
-        let lips = anatomy.mouth.as_ref().map(|mouth| LipDrive::new(performer, target, mouth));
-        Ok(Self { puppet, transfer, lips, head: HeadFollow::new(performer, target) })
+        Self::driven_by(
+            DriveMode::Landmarks,
+            ActionLibrary::built_in(),
+            performer,
+            target,
+            anatomy,
+            surface,
+            method,
+        )
+    }
+
+    /// The same, driven as `mode` says, with a library of action units.
+    pub fn driven_by(
+        mode: DriveMode,
+        library: &ActionLibrary,
+        performer: &Performer,
+        target: &TargetFace,
+        anatomy: &Anatomy,
+        surface: &Surface,
+        method: Method,
+    ) -> Result<Self, RigError> {
+        let source = SourceFace::performer(performer);
+        let solver = ActionSolver::new(library, &source)?;
+        let fill = PointFill::new(&source.points)?.with_relief(library, &solver)?;
+        let drive = Drive::new(&source, target, anatomy, surface, method)?;
+        // What was solved as a sum is shown as a sum.
+        let actions = (mode == DriveMode::Actions)
+            .then(|| ActionRig::new(library, target, anatomy, surface, method, Merge::Sum))
+            .transpose()?;
+        Ok(Self { drive, fill, solver, actions, head: HeadFollow::new(performer, target) })
     }
 
     /// The precomputed matrix: soft vertices × columns.
     pub fn warp(&self) -> &Warp {
-        self.puppet.warp()
+        self.puppet().warp()
     }
 
     /// The control points.
     pub fn controls(&self) -> &Controls {
-        self.puppet.controls()
+        self.puppet().controls()
     }
 
     /// The lips' drive, where the target's lips part.
     pub fn lips(&self) -> Option<&LipDrive> {
-        self.lips.as_ref()
+        self.drive.lips.as_ref()
+    }
+
+    fn puppet(&self) -> &super::Puppet {
+        self.actions.as_ref().map_or(&self.drive.puppet, ActionRig::puppet)
+    }
+
+    /// The action units of one expression.
+    pub fn action_weights(&self, expression: &Expression) -> ActionWeights {
+        let mut magnitudes = vec![0.0; self.solver.keys().count()];
+        self.solver.solve(&expression.displacements.vectors, &mut magnitudes);
+        self.solver.weights(&magnitudes, &expression.eyes)
     }
 
     /// The target's own vertices.
     pub fn rest(&self) -> &[[f32; 3]] {
-        self.puppet.rest()
+        self.puppet().rest()
     }
 
     /// A frame to hand to [`Rig::pose`] again and again.
     pub fn new_frame(&self) -> AvatarFrame {
-        self.puppet.new_frame()
+        self.puppet().new_frame()
     }
 
-    /// Moves controls and bones only; enough for exports that work in control space. `out` has one entry for each of the
-    /// warp's columns.
-    pub fn pose_controls(&self, expression: &Expression, out: &mut [[f32; 3]]) -> Bones {
-        let displacements = &expression.displacements;
-        let wishes = self.lips.as_ref().map(|lips| lips.wishes(&self.transfer, displacements));
-        let moved = |driver: Driver| match driver {
-            Driver::Landmark(landmark) => self.transfer.displacement(landmark, displacements),
-            Driver::Rim { node, lower } => self
-                .lips
-                .as_ref()
-                .zip(wishes.as_ref())
-                .map_or_else(Vector3::zeros, |(lips, wishes)| lips.rims(node, wishes)[usize::from(lower)]),
-            Driver::Skull => Vector3::zeros(),
-        };
-        let freedom = |driver: Driver| match driver {
-            Driver::Rim { node, .. } => self
-                .lips
-                .as_ref()
-                .zip(wishes.as_ref())
-                .map_or(1.0, |(lips, wishes)| lips.freedom(node, wishes)),
-            Driver::Landmark(_) | Driver::Skull => 1.0,
-        };
-        self.puppet.fill(moved, freedom, &expression.eyes, &self.head.camera(&expression.pose), out)
+    /// Moves controls and bones only; enough for exports that work in control space. Of `frame` the positions stay.
+    pub fn pose_controls(&self, expression: &Expression, frame: &mut AvatarFrame) -> Bones {
+        frame.head = self.head_motion(&expression.pose);
+        if let Some(actions) = &self.actions {
+            let weights = self.action_weights(expression);
+            return actions.pose_controls(&weights, &expression.eyes, frame);
+        }
+        let mut vectors = std::mem::take(&mut frame.scratch);
+        let mut magnitudes = [0.0; MOST_ACTIONS];
+        let count = self.solver.keys().count().min(MOST_ACTIONS);
+        self.solver.solve(&expression.displacements.vectors, &mut magnitudes[..count]);
+        vectors.clear();
+        vectors.extend_from_slice(&expression.displacements.vectors);
+        self.fill.fill(&mut vectors);
+        self.fill.fold(&magnitudes[..count], &mut vectors);
+        let camera = self.head.camera(&expression.pose);
+        frame.bones = self.drive.controls(&vectors, &expression.eyes, Some(&camera), &mut frame.controls);
+        frame.scratch = vectors;
+        frame.bones
     }
 
     /// The avatar for one expression; `frame` comes from [`Rig::new_frame`].
     pub fn pose(&self, expression: &Expression, frame: &mut AvatarFrame) -> Result<(), RigError> {
-        frame.bones = self.pose_controls(expression, &mut frame.controls);
-        frame.head = self.head_motion(&expression.pose);
-        self.puppet.place(frame)
+        self.pose_controls(expression, frame);
+        self.puppet().place(frame)
     }
 
     /// How the head has moved from the neutral, in the target's scan frame, millimetres.

@@ -24,6 +24,8 @@ const COINCIDENT: f64 = 0.02;
 pub enum Driver {
     /// A landmark of the performer.
     Landmark(usize),
+    /// A muscle or wrinkle control point of the catalogue.
+    Point(usize),
     /// A rim of the lips at one of the mouth's nodes.
     Rim {
         /// Which node.
@@ -63,10 +65,12 @@ pub struct Controls {
 impl Controls {
     /// Landmarks found on the target serve as they are; those not found are carried over from the performer by the
     /// landmark spline and snapped to the nearest point of the surface (000 §5.6.1). On an opened target the lips' inner
-    /// rims are driven at the cut, and lids are left to their own shapes.
+    /// rims are driven at the cut, and lids are left to their own shapes. `points` are the catalogue's control points on
+    /// the target.
     pub fn new(
         target: &TargetFace,
         carried: &dyn Fn(usize) -> Option<Point3<f64>>,
+        points: &[Option<Point3<f64>>],
         anatomy: &Anatomy,
         surface: &Surface,
     ) -> Self {
@@ -104,6 +108,11 @@ impl Controls {
             let slides = region == Region::Oval && place.y > mouth_height;
             if !slides {
                 controls.push(driver, place, lip_of(landmark));
+            }
+        }
+        for (point, place) in points.iter().enumerate() {
+            if let Some(place) = place {
+                controls.push(Driver::Point(point), *place, Lip::Neither);
             }
         }
         let reach = STILL * target.outer_canthal_distance();

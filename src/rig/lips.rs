@@ -1,12 +1,9 @@
-//! The lips' rims: how far they part is what the performer's part, wherever the rest of the face goes.
+//! The lips' rims: how far they part is what the source's part, wherever the rest of the face goes.
 
 use nalgebra::{Point3, Vector3};
 
-use super::{TargetFace, Transfer};
-use crate::{
-    anatomy::{INNER_CORNERS, LOWER_INNER, Mouth, OUTER_CORNERS, UPPER_INNER},
-    lift::{Displacements, Performer},
-};
+use super::{SourceFace, TargetFace, Transfer};
+use crate::anatomy::{INNER_CORNERS, LOWER_INNER, Mouth, OUTER_CORNERS, UPPER_INNER};
 
 /// Stations: the right inner corner, nine pairs, the left inner corner.
 const STATIONS: usize = UPPER_INNER.len() + 2;
@@ -22,14 +19,14 @@ const UNSTUCK: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct LipDrive {
     nodes: Vec<Node>,
-    /// Unit vectors across the lips: the performer's scan frame and the target's.
-    up_performer: Vector3<f64>,
+    /// Unit vectors across the lips: the source's scan frame and the target's.
+    up_source: Vector3<f64>,
     up_target: Vector3<f64>,
-    /// Target's mouth width over the performer's.
+    /// Target's mouth width over the source's.
     ratio: f64,
-    /// Performer's positions of the pairs, neutral.
+    /// The source's positions of the pairs, neutral.
     pairs: [[Point3<f64>; 2]; UPPER_INNER.len()],
-    /// Performer's gaps that count as closed, millimetres.
+    /// The source's gaps that count as closed, millimetres.
     closed: [f64; UPPER_INNER.len()],
 }
 
@@ -50,15 +47,15 @@ pub(super) struct Wish {
 }
 
 impl LipDrive {
-    /// For one performer and one target's mouth.
-    pub fn new(performer: &Performer, target: &TargetFace, mouth: &Mouth) -> Self {
-        let neutral = performer.neutral();
+    /// For one source and one target's mouth.
+    pub fn new(source: &SourceFace, target: &TargetFace, mouth: &Mouth) -> Self {
+        let neutral = &source.points;
         // Upwards in the picture, on both: what the two faces' own axes call up may differ by their tilt.
-        let up_performer = performer.level().inverse() * Vector3::y();
+        let up_source = source.level.inverse() * Vector3::y();
         let up_target = target.level.inverse() * Vector3::y();
         let pairs = std::array::from_fn(|k| [neutral[UPPER_INNER[k]], neutral[LOWER_INNER[k]]]);
-        let [most, noise] = [SHUT, NOISE].map(|share| share * performer.outer_canthal_distance());
-        let closed = performer.closed_lips().map(|gap| (gap * SLACK + noise).clamp(0.0, most));
+        let [most, noise] = [SHUT, NOISE].map(|share| share * source.outer_canthal_distance());
+        let closed = source.closed_lips.map(|gap| (gap * SLACK + noise).clamp(0.0, most));
         let width = (neutral[OUTER_CORNERS[0]] - neutral[OUTER_CORNERS[1]]).norm();
         let nodes = mouth
             .nodes
@@ -71,7 +68,7 @@ impl LipDrive {
             .collect();
         Self {
             nodes,
-            up_performer,
+            up_source,
             up_target,
             ratio: target.distance(OUTER_CORNERS[0], OUTER_CORNERS[1]) / width.max(f64::MIN_POSITIVE),
             pairs,
@@ -84,25 +81,26 @@ impl LipDrive {
         self.up_target
     }
 
-    /// The gap that a pair of the performer's inner lips asks of the target, millimetres.
-    pub fn wanted_gap(&self, pair: usize, displacements: &Displacements) -> f64 {
+    /// The gap that a pair of the source's inner lips asks of the target, millimetres, when its landmarks are displaced by
+    /// `vectors`.
+    pub fn wanted_gap(&self, pair: usize, vectors: &[Vector3<f64>]) -> f64 {
         let [u, l] = self.pairs[pair];
-        let upper = u + displacements.vectors[UPPER_INNER[pair]];
-        let lower = l + displacements.vectors[LOWER_INNER[pair]];
-        let gap = (upper - lower).dot(&self.up_performer);
+        let upper = u + vectors[UPPER_INNER[pair]];
+        let lower = l + vectors[LOWER_INNER[pair]];
+        let gap = (upper - lower).dot(&self.up_source);
         self.ratio * parted(gap, self.closed[pair])
     }
 
     /// What the stations want in one frame.
-    pub(super) fn wishes(&self, transfer: &Transfer, displacements: &Displacements) -> [Wish; STATIONS] {
-        let moved = |landmark: usize| transfer.displacement(landmark, displacements);
+    pub(super) fn wishes(&self, transfer: &Transfer, vectors: &[Vector3<f64>]) -> [Wish; STATIONS] {
+        let moved = |landmark: usize| transfer.vector(landmark, &vectors[landmark]);
         let corner = |landmark: usize| Wish { upper: moved(landmark), lower: moved(landmark), gap: 0.0 };
         std::array::from_fn(|station| match station.checked_sub(1) {
             None => corner(INNER_CORNERS[0]),
             Some(pair) if pair < UPPER_INNER.len() => Wish {
                 upper: moved(UPPER_INNER[pair]),
                 lower: moved(LOWER_INNER[pair]),
-                gap: self.wanted_gap(pair, displacements),
+                gap: self.wanted_gap(pair, vectors),
             },
             Some(_) => corner(INNER_CORNERS[1]),
         })

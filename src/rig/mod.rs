@@ -6,20 +6,31 @@
 //! the warp's kernel is r, the biharmonic one of space, which stays local where lips nearly touch; both are multiplied
 //! out before the first frame.
 
+mod action_rig;
+mod action_solver;
 mod avatar;
 mod controls;
+mod drive;
 mod error;
 mod lips;
+mod method;
+mod points;
 mod puppet;
 mod regions;
 mod skin;
+mod source;
+mod spread;
 mod target;
 mod transfer;
 
-pub use avatar::Rig;
+pub use action_rig::{ActionRig, facing};
+pub use action_solver::ActionSolver;
+pub use avatar::{DriveMode, Rig};
 pub use controls::{Controls, Driver, Lip};
 pub use error::RigError;
 pub use lips::LipDrive;
+pub use method::{Method, TransferRule, WarpKind};
 pub use puppet::{AvatarFrame, Bones, Puppet};
+pub use source::SourceFace;
 pub use target::TargetFace;
-pub use transfer::{Transfer, TransferRule};
+pub use transfer::Transfer;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Controls, Driver, RigError, TargetFace, TransferRule, regions::split_warp, skin::SkinWarp};
+use super::{Controls, Driver, RigError, TargetFace, WarpKind, regions::split_warp, skin::SkinWarp};
 use crate::{
     anatomy::{Anatomy, CHIN, Jaw, JawPose, Part, PartKind},
     lift::{EyeState, Eyes, Side},
@@ -28,6 +28,8 @@ pub struct AvatarFrame {
     pub head: Isometry3<f64>,
     /// How the rigid parts move within the head, in the same frame.
     pub bones: Bones,
+    /// Room for the source's vectors, so that a frame allocates nothing.
+    pub(super) scratch: Vec<Vector3<f64>>,
 }
 
 /// The motions of what does not bend, within the head. Target's scan frame, millimetres.
@@ -78,22 +80,24 @@ pub struct Puppet {
 
 impl Puppet {
     /// `anatomy` is the target's mesh, opened or as scanned, `surface` the scan's own, both in the scan frame and
-    /// millimetres. `carried` says where a landmark lies that was not found on the target.
+    /// millimetres. `carried` says where a landmark lies that was not found on the target; `points` are the catalogue's
+    /// control points on it.
     pub fn new(
         target: &TargetFace,
         anatomy: &Anatomy,
         surface: &Surface,
         carried: &dyn Fn(usize) -> Option<Point3<f64>>,
-        rule: TransferRule,
+        points: &[Option<Point3<f64>>],
+        warp: WarpKind,
     ) -> Result<Self, RigError> {
-        let controls = Controls::new(target, carried, anatomy, surface);
+        let controls = Controls::new(target, carried, points, anatomy, surface);
         let (vertices, most) = (anatomy.soft_vertices(), MOST_SHARES / controls.rest.len().max(1));
         if vertices > most {
             return Err(RigError::TooManyVertices { vertices, most });
         }
-        let skin = match rule {
-            TransferRule::Spline => SkinWarp::new(target, &controls, anatomy)?,
-            TransferRule::Thesis => {
+        let skin = match warp {
+            WarpKind::Surface | WarpKind::Spline => SkinWarp::new(target, &controls, anatomy, warp)?,
+            WarpKind::Regions => {
                 let positions = &anatomy.mesh.positions[..vertices];
                 SkinWarp::plain(split_warp(target, &controls, positions)?)
             }
@@ -133,6 +137,7 @@ impl Puppet {
             controls: vec![[0.0; 3]; self.skin.warp.controls()],
             head: Isometry3::identity(),
             bones: Bones::rest(),
+            scratch: Vec::new(),
         }
     }
 
@@ -146,13 +151,14 @@ impl Puppet {
 
     /// Fills the warp's columns for controls that move by `moved`, target's scan frame, millimetres, and tells how the
     /// bones move. The jaw is where the chin says that it is; what it does not explain is left to the splines. `freedom`
-    /// tells of each control how far, 0..=1, its depth may be the jaw's; `camera` is where they were seen from.
+    /// tells of each control how far, 0..=1, its depth may be the jaw's; `camera` is where they were seen from, unless they
+    /// were measured in space.
     pub(super) fn fill(
         &self,
         moved: impl Fn(Driver) -> Vector3<f64>,
         freedom: impl Fn(Driver) -> f64,
         eyes: &Eyes,
-        camera: &Point3<f64>,
+        camera: Option<&Point3<f64>>,
         out: &mut [[f32; 3]],
     ) -> Bones {
         let pose = self.jaw.map_or_else(JawPose::default, |jaw| {
@@ -170,9 +176,12 @@ impl Puppet {
                 let rigid = (bones.jaw * rest - rest) * share;
                 // Depth is the network's guess: where an opening jaw carries the skin, the bone knows better. What was
                 // seen stays in the picture, since it moves along its ray.
-                let bony = opened * share * freedom(*driver);
-                let ray = rest + vector - camera;
-                vector += ray * ((rigid - vector).dot(&self.out) * bony / ray.dot(&self.out)) - rigid;
+                if let Some(camera) = camera {
+                    let bony = opened * share * freedom(*driver);
+                    let ray = rest + vector - camera;
+                    vector += ray * ((rigid - vector).dot(&self.out) * bony / ray.dot(&self.out));
+                }
+                vector -= rigid;
             }
             *to = vector.map(|v| v as f32).into();
         }

@@ -8,18 +8,16 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::{
-    Controls, RigError, TargetFace,
+    Controls, RigError, TargetFace, WarpKind,
     controls::{Driver, Lip},
+    spread::{Points, options, spread},
 };
 use crate::{
     anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Jaw, ON_JAW, lid_shares},
     lift::{Eyes, Side},
-    spline::{Kernel, Options, Regularisation, Spline, Warp},
+    spline::{Kernel, Spline, Warp},
 };
 
-/// λ of the warp over the outer canthal distance: enough that two landmarks on one pixel do no harm, too little to
-/// take more than a hundredth off a lip's gap.
-const LAMBDA: f64 = 1e-4;
 /// Columns of a rigid motion.
 const RIGID: usize = 4;
 /// Columns of one eye's lids.
@@ -47,9 +45,15 @@ pub struct SkinWarp {
 
 impl SkinWarp {
     /// For an opened target, or a scan as it is.
-    pub fn new(target: &TargetFace, controls: &Controls, anatomy: &Anatomy) -> Result<Self, RigError> {
+    pub fn new(
+        target: &TargetFace,
+        controls: &Controls,
+        anatomy: &Anatomy,
+        kind: WarpKind,
+    ) -> Result<Self, RigError> {
         let points = Points::of(anatomy);
-        let spline = two_sided(target, controls, anatomy, &points)?;
+        let held = HeldVertex::all(anatomy, controls);
+        let spline = spread(target, controls, anatomy, &points, &held, kind)?;
         let bone =
             anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
         let jaw = bone.is_some().then_some(controls.rest.len());
@@ -61,7 +65,6 @@ impl SkinWarp {
         });
         let skin = anatomy.skin_vertices();
         let mut moved = vec![0.0_f32; points.places.len()];
-        let held = HeldVertex::all(anatomy, controls);
         let warp = Warp::from_columns(anatomy.soft_vertices(), columns, |j, column| {
             moved.fill(0.0);
             let rigid = jaw.filter(|&first| (first..first + RIGID).contains(&j)).map(|first| j - first);
@@ -138,29 +141,11 @@ impl SkinWarp {
     }
 }
 
-/// What the splines move: the skin's vertices, then the ring from which the cavity hangs.
-struct Points {
-    places: Vec<Point3<f64>>,
-    /// 0 above the lips' line, 1 below it.
-    sides: Vec<f32>,
-}
-
-impl Points {
-    fn of(anatomy: &Anatomy) -> Self {
-        let ring = anatomy.mouth.as_ref().map_or(&[][..], |mouth| &mouth.ring);
-        let skin = &anatomy.mesh.positions[..anatomy.skin_vertices()];
-        Self {
-            places: skin.iter().copied().chain(ring.iter().map(|point| point.place)).collect(),
-            sides: anatomy.lower_side.iter().copied().chain(ring.iter().map(|point| point.side)).collect(),
-        }
-    }
-}
-
 /// A vertex on a rim: it goes exactly where the controls on either side of it go.
-struct HeldVertex {
-    vertex: usize,
-    controls: [usize; 2],
-    shares: [f64; 2],
+pub(super) struct HeldVertex {
+    pub(super) vertex: usize,
+    pub(super) controls: [usize; 2],
+    pub(super) shares: [f64; 2],
 }
 
 impl HeldVertex {
@@ -192,46 +177,6 @@ impl HeldVertex {
         };
         sum as f32
     }
-}
-
-/// Each side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
-fn two_sided(
-    target: &TargetFace,
-    controls: &Controls,
-    anatomy: &Anatomy,
-    points: &Points,
-) -> Result<Warp, RigError> {
-    let positions = &points.places;
-    let options = options(target);
-    let fault = |source| RigError::Spline { what: "the target's control points", source };
-    if anatomy.mouth.is_none() {
-        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options)
-            .map_err(fault);
-    }
-    let mut shares: Vec<Vec<(usize, f32)>> = vec![Vec::new(); controls.rest.len()];
-    for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
-        let members: Vec<usize> = (0..controls.rest.len()).filter(|&i| controls.lips[i] != other).collect();
-        let centres: Vec<_> = members.iter().map(|&i| controls.rest[i]).collect();
-        let weight = |v: usize| if lower { points.sides[v] } else { 1.0 - points.sides[v] };
-        let vertices: Vec<usize> = (0..positions.len()).filter(|&v| weight(v) > 0.0).collect();
-        let places: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
-        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &places, options).map_err(fault)?;
-        for (column, &control) in members.iter().enumerate() {
-            let pairs = vertices.iter().zip(warp.column(column));
-            shares[control].extend(pairs.map(|(&v, share)| (v, share * weight(v))));
-        }
-    }
-    Warp::from_columns(positions.len(), controls.rest.len(), |control, column| {
-        for &(vertex, share) in &shares[control] {
-            column[vertex] += share;
-        }
-    })
-    .map_err(fault)
-}
-
-fn options(target: &TargetFace) -> Options {
-    let lambda = LAMBDA * target.outer_canthal_distance();
-    Options { regularisation: Regularisation::Absolute(lambda), ..Options::default() }
 }
 
 /// How much everything moves with the jaw: all on chin and middle lower lip, not at all above the mouth, and between

@@ -10,7 +10,7 @@ use understudy::{
     pipeline::{
         Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions, read_canonical_face,
     },
-    rig::{AvatarFrame, LipDrive, Rig, TargetFace, TransferRule},
+    rig::{AvatarFrame, LipDrive, Method, Rig, TargetFace},
     tracking::TrackerOptions,
     view::Gpu,
 };
@@ -46,7 +46,7 @@ impl Acting {
         target.prepare(&gpu).unwrap();
         let (face, _) = target.level_with(CLIP.performer.rest_landmarks(), &mut tracker).unwrap();
         let (anatomy, surface) = (&target.anatomy, &target.surface);
-        let rig = Rig::new(&CLIP.performer, &face, anatomy, surface, TransferRule::Spline).unwrap();
+        let rig = Rig::new(&CLIP.performer, &face, anatomy, surface, Method::default()).unwrap();
         Self { opened: Opened::of(&target), face, rig }
     }
 

@@ -8,7 +8,7 @@ use understudy::{
     assets::Assets,
     lift::{EyeState, Eyes, Side},
     pipeline::{Networks, Target, TargetOptions},
-    rig::{Puppet, TargetFace, TransferRule},
+    rig::{Method, Puppet, TargetFace},
     scan::{Mesh, Surface},
     tracking::TrackerOptions,
     view::Gpu,
@@ -55,7 +55,7 @@ impl Opened {
     }
 
     pub fn puppet(&self) -> Puppet {
-        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, TransferRule::Spline).unwrap()
+        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, Method::default()).unwrap()
     }
 
     pub fn part(&self, kind: PartKind) -> Option<&Part> {

@@ -1,0 +1,148 @@
+//! How strongly each action unit is on in a performer's face.
+//!
+//! The library's vectors are carried to the performer's neutral, and the magnitudes are those in 0..=1 by which they
+//! explain the landmarks' displacements best: least squares over the landmarks, of which what is seen in the picture
+//! counts in full and the inferred depth little, with a little ridge that keeps actions apart which look alike. The
+//! problem is convex; coordinate descent on its normal equations finds its one solution. Lids are measured by themselves
+//! (`lift::closure`), so AU 5 and 45 come from there.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::{RigError, SourceFace, TargetFace, Transfer, TransferRule};
+use crate::{
+    actions::{Action, ActionKey, ActionLibrary, ActionWeights},
+    lift::{Eyes, Side},
+    tracking::{Region, SKIN_LANDMARK_COUNT, landmark_table},
+};
+
+/// Actions that landmarks tell apart; the jaw is one variable, AU27, and shared out to AU26 afterwards.
+const SEEN: [u8; 20] = [1, 2, 4, 6, 7, 9, 10, 12, 14, 15, 16, 17, 18, 20, 22, 23, 24, 25, 27, 28];
+/// How much of AU27's motion AU26 is at magnitude 1 (`catalogue.toml`).
+const DROP: f64 = 0.45;
+/// How far a fully raised lid opens the eye beyond the neutral, as a closure.
+const WIDE: f64 = 0.35;
+/// Weight of displacements along the line of sight.
+const DEPTH: f64 = 0.15;
+/// Ridge over the squared outer canthal distance: half a millimetre's worth at every landmark for a full magnitude.
+const RIDGE: f64 = 2e-3;
+/// Coordinate descent ends when no magnitude changes by more, or after so many sweeps.
+const SETTLED: f64 = 1e-7;
+const SWEEPS: usize = 400;
+
+/// The normal equations of one performer and one library.
+#[derive(Debug, Clone)]
+pub struct ActionSolver {
+    actions: Vec<Action>,
+    to_performer: Transfer,
+    /// Landmarks that count, with their weights' square roots along the level axes.
+    members: Vec<(usize, Vector3<f64>)>,
+    level: nalgebra::Rotation3<f64>,
+    /// 3 · members × actions.
+    matrix: DMatrix<f64>,
+    gram: DMatrix<f64>,
+}
+
+impl ActionSolver {
+    /// For a performer's neutral.
+    pub fn new(library: &ActionLibrary, performer: &SourceFace) -> Result<Self, RigError> {
+        let landmarks = performer.points[..SKIN_LANDMARK_COUNT].iter().copied().map(Some);
+        let mut landmarks: Vec<_> = landmarks.collect();
+        landmarks.resize(crate::tracking::LANDMARK_COUNT, None);
+        let face = TargetFace::new(landmarks, performer.level)?;
+        let to_performer = Transfer::new(&SourceFace::library(library), &face, TransferRule::Spline)?;
+        let actions: Vec<Action> =
+            library.actions.iter().filter(|action| SEEN.contains(&action.key.au)).cloned().collect();
+        let members: Vec<(usize, Vector3<f64>)> = (0..SKIN_LANDMARK_COUNT)
+            .filter_map(|i| {
+                let weight: f64 = match landmark_table()[i].region {
+                    Region::Oval => return None,
+                    Region::Lids => 0.3,
+                    Region::Lips => 0.7,
+                    _ => 1.0,
+                };
+                Some((i, Vector3::new(1.0, 1.0, DEPTH) * weight.sqrt()))
+            })
+            .collect();
+        let mut matrix = DMatrix::zeros(3 * members.len(), actions.len());
+        for (j, action) in actions.iter().enumerate() {
+            for moved in &action.vectors {
+                if let Ok(row) = members.binary_search_by_key(&moved.handle, |member| member.0) {
+                    let vector = performer.level * to_performer.vector(moved.handle, &moved.vector);
+                    let weighted = vector.component_mul(&members[row].1);
+                    for axis in 0..3 {
+                        matrix[(3 * row + axis, j)] = weighted[axis];
+                    }
+                }
+            }
+        }
+        let mut gram = matrix.transpose() * &matrix;
+        let scale = performer.outer_canthal_distance();
+        for k in 0..actions.len() {
+            gram[(k, k)] += RIDGE * scale * scale;
+        }
+        Ok(Self { actions, to_performer, members, level: performer.level, matrix, gram })
+    }
+
+    /// The actions that are solved for.
+    pub fn keys(&self) -> impl Iterator<Item = ActionKey> + '_ {
+        self.actions.iter().map(|action| action.key)
+    }
+
+    pub(super) fn actions(&self) -> &[Action] {
+        &self.actions
+    }
+
+    /// A displacement of one of the library's handles, on the performer.
+    pub(super) fn to_performer(&self, handle: usize, vector: &Vector3<f64>) -> Vector3<f64> {
+        self.to_performer.vector(handle, vector)
+    }
+
+    /// Magnitudes in the order of [`ActionSolver::keys`], each 0..=1. `vectors` are the landmarks' displacements,
+    /// performer's scan frame, millimetres; `magnitudes` is where to start from and what comes out.
+    pub fn solve(&self, vectors: &[Vector3<f64>], magnitudes: &mut [f64]) {
+        let mut right = DVector::<f64>::zeros(self.actions.len());
+        for (row, (landmark, weights)) in self.members.iter().enumerate() {
+            let seen = (self.level * vectors[*landmark]).component_mul(weights);
+            for axis in 0..3 {
+                for (j, value) in right.iter_mut().enumerate() {
+                    *value += self.matrix[(3 * row + axis, j)] * seen[axis];
+                }
+            }
+        }
+        for _ in 0..SWEEPS {
+            let mut change = 0.0_f64;
+            for j in 0..magnitudes.len() {
+                let pull: f64 = (0..magnitudes.len()).map(|k| self.gram[(k, j)] * magnitudes[k]).sum();
+                let next = (magnitudes[j] + (right[j] - pull) / self.gram[(j, j)]).clamp(0.0, 1.0);
+                change = change.max((next - magnitudes[j]).abs());
+                magnitudes[j] = next;
+            }
+            if change < SETTLED {
+                break;
+            }
+        }
+    }
+
+    /// A solution as action units, the jaw shared out and the lids added.
+    pub fn weights(&self, magnitudes: &[f64], eyes: &Eyes) -> ActionWeights {
+        let mut weights = ActionWeights::default();
+        let mut set = |au: u8, side: Option<Side>, value: f64| {
+            // In range by construction, so there is no error to handle.
+            let _ = weights.set(ActionKey { au, side }, value.clamp(0.0, 1.0));
+        };
+        for (key, &magnitude) in self.keys().zip(magnitudes) {
+            if key.au == 27 {
+                set(26, None, magnitude / DROP);
+                set(27, None, magnitude - DROP);
+            } else {
+                set(key.au, key.side, magnitude);
+            }
+        }
+        for side in Side::BOTH {
+            let closure = eyes.of(side).closure;
+            set(5, Some(side), -closure / WIDE);
+            set(45, Some(side), closure);
+        }
+        weights
+    }
+}

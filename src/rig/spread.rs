@@ -1,0 +1,237 @@
+//! How the controls' displacements spread over skin and rims: through space, or over the surface.
+//!
+//! Through space a spline drags one lip along with the other, so either side of the lips has its own, without the other
+//! lip's controls (000 §7.2 asks for finer regions; what they bring beyond this split was measured and is nothing). Over
+//! the surface the cut itself keeps them apart.
+
+use nalgebra::Point3;
+
+use super::{
+    Controls, RigError, TargetFace, WarpKind,
+    controls::{Driver, Lip},
+    skin::HeldVertex,
+};
+use crate::{
+    anatomy::Anatomy,
+    deform::{DeformError, Handle, Stiffness, SurfaceWarp},
+    scan::{Mesh, Surface},
+    spline::{Kernel, Options, Regularisation, Warp},
+};
+
+/// λ of the warp over the outer canthal distance: enough that two landmarks on one pixel do no harm, too little to
+/// take more than a hundredth off a lip's gap.
+const LAMBDA: f64 = 1e-4;
+/// Tension of the surface times the squared outer canthal distance: 0.4 a squared centimetre on an average face.
+const TENSION: f64 = 30.0;
+/// Skin farther than this many outer canthal distances from every control does not move.
+const REACH: f64 = 0.42;
+/// A control farther than this many outer canthal distances from the skin does not hold it.
+const OFF: f64 = 0.06;
+/// With less of the skin within reach on the controls' pieces of the surface, the scan is too broken for this warp.
+const WHOLE: f64 = 0.7;
+
+/// What is moved: the skin's vertices, then the ring from which the cavity hangs.
+pub(super) struct Points {
+    pub(super) places: Vec<Point3<f64>>,
+    /// 0 above the lips' line, 1 below it.
+    pub(super) sides: Vec<f32>,
+}
+
+impl Points {
+    pub(super) fn of(anatomy: &Anatomy) -> Self {
+        let ring = anatomy.mouth.as_ref().map_or(&[][..], |mouth| &mouth.ring);
+        let skin = &anatomy.mesh.positions[..anatomy.skin_vertices()];
+        Self {
+            places: skin.iter().copied().chain(ring.iter().map(|point| point.place)).collect(),
+            sides: anatomy.lower_side.iter().copied().chain(ring.iter().map(|point| point.side)).collect(),
+        }
+    }
+}
+
+/// The points × controls matrix.
+pub(super) fn spread(
+    target: &TargetFace,
+    controls: &Controls,
+    anatomy: &Anatomy,
+    points: &Points,
+    held: &[HeldVertex],
+    kind: WarpKind,
+) -> Result<Warp, RigError> {
+    let spline = two_sided(target, controls, anatomy, points)?;
+    if kind != WarpKind::Surface {
+        return Ok(spline);
+    }
+    match over_surface(target, controls, anatomy, held) {
+        Ok(surface) => onto_surface(&spline, &surface, anatomy, points),
+        Err(fault) => {
+            tracing::warn!("motion is spread through space and not over the surface: {fault}");
+            Ok(spline)
+        }
+    }
+}
+
+/// Either side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
+fn two_sided(
+    target: &TargetFace,
+    controls: &Controls,
+    anatomy: &Anatomy,
+    points: &Points,
+) -> Result<Warp, RigError> {
+    let positions = &points.places;
+    let options = options(target);
+    let fault = |source| RigError::Spline { what: "the target's control points", source };
+    if anatomy.mouth.is_none() {
+        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options)
+            .map_err(fault);
+    }
+    let mut halves = Vec::new();
+    for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
+        let members: Vec<usize> = (0..controls.rest.len()).filter(|&i| controls.lips[i] != other).collect();
+        let centres: Vec<_> = members.iter().map(|&i| controls.rest[i]).collect();
+        let weight = |v: usize| if lower { points.sides[v] } else { 1.0 - points.sides[v] };
+        let vertices: Vec<usize> = (0..positions.len()).filter(|&v| weight(v) > 0.0).collect();
+        let places: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
+        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &places, options).map_err(fault)?;
+        let weights: Vec<f32> = vertices.iter().map(|&v| weight(v)).collect();
+        halves.push((members, vertices, weights, warp));
+    }
+    Warp::from_columns(positions.len(), controls.rest.len(), |control, column| {
+        for (members, vertices, weights, warp) in &halves {
+            let Ok(own) = members.binary_search(&control) else { continue };
+            for ((&vertex, weight), share) in vertices.iter().zip(weights).zip(warp.column(own)) {
+                column[vertex] += share * weight;
+            }
+        }
+    })
+    .map_err(fault)
+}
+
+pub(super) fn options(target: &TargetFace) -> Options {
+    let lambda = LAMBDA * target.outer_canthal_distance();
+    Options { regularisation: Regularisation::Absolute(lambda), ..Options::default() }
+}
+
+/// The surface warp of the skin, its columns the controls.
+fn over_surface(
+    target: &TargetFace,
+    controls: &Controls,
+    anatomy: &Anatomy,
+    held: &[HeldVertex],
+) -> Result<SurfaceWarp, DeformError> {
+    let eyes = target.outer_canthal_distance();
+    let skin = anatomy.skin_vertices();
+    let positions = &anatomy.mesh.positions[..skin];
+    let triangles = &anatomy.mesh.triangles[anatomy.parts[0].triangles.clone()];
+    let mut handles = handles(controls, anatomy, triangles, OFF * eyes)?;
+    for rim in held {
+        let mut handle = Handle::at(rim.vertex as u32, 0);
+        handle.follows = [0, 1].map(|end| (rim.controls[end], rim.shares[end]));
+        handles.push(handle);
+    }
+    let still = beyond(positions, &controls.rest, REACH * eyes);
+    let stiffness = Stiffness { tension: TENSION / (eyes * eyes).max(f64::MIN_POSITIVE) };
+    let warp = SurfaceWarp::new(positions, triangles, &handles, controls.rest.len(), &still, stiffness)?;
+    let within = still.iter().filter(|still| !**still).count();
+    if (warp.vertices.len() as f64) < WHOLE * within as f64 {
+        let reason = format!(
+            "only {} of the face's {within} vertices hang together with its landmarks; weld the scan's vertices (in \
+             Blender: Merge by Distance)",
+            warp.vertices.len()
+        );
+        return Err(DeformError::Broken { reason });
+    }
+    Ok(warp)
+}
+
+/// The controls as places on the skin; those of a lip on their own side of the cut. Rims have vertices of their own
+/// where the lips were cut.
+fn handles(
+    controls: &Controls,
+    anatomy: &Anatomy,
+    triangles: &[[u32; 3]],
+    off: f64,
+) -> Result<Vec<Handle>, DeformError> {
+    let broken = |reason: String| DeformError::Broken { reason };
+    let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
+    let side_of = |lip: Lip| {
+        let belongs = move |v: u32| match lip {
+            Lip::Upper => anatomy.lower_side[v as usize] < 0.5,
+            Lip::Lower => anatomy.lower_side[v as usize] >= 0.5,
+            Lip::Neither => true,
+        };
+        let triangles: Vec<[u32; 3]> =
+            triangles.iter().copied().filter(|t| t.iter().all(|&v| belongs(v))).collect();
+        let mesh = Mesh { positions: positions.to_vec(), triangles, ..Mesh::default() };
+        Surface::new(&mesh)
+    };
+    let mut surfaces = Vec::new();
+    for lip in [Lip::Upper, Lip::Lower, Lip::Neither] {
+        // A face without a lower lip's side has no controls there either.
+        if controls.lips.contains(&lip) {
+            let surface =
+                side_of(lip).or_else(|_| side_of(Lip::Neither)).map_err(|fault| broken(fault.to_string()))?;
+            surfaces.push((lip, surface));
+        }
+    }
+    let cut = anatomy.mouth.as_ref().is_some_and(|mouth| !mouth.held.is_empty());
+    let mut handles = Vec::new();
+    for (column, ((driver, rest), lip)) in
+        controls.drivers.iter().zip(&controls.rest).zip(&controls.lips).enumerate()
+    {
+        if cut && matches!(driver, Driver::Rim { .. }) {
+            continue;
+        }
+        let surface = surfaces.iter().find(|(side, _)| side == lip).map(|(_, surface)| surface);
+        let Some(found) = surface.and_then(|surface| Some((surface, surface.nearest(*rest)?))) else {
+            continue;
+        };
+        let (surface, point) = found;
+        if (point.position - rest).norm() > off {
+            continue;
+        }
+        handles.push(Handle {
+            vertices: surface.triangles()[point.triangle as usize],
+            weights: point.barycentric,
+            follows: [(column, 1.0), (column, 0.0)],
+        });
+    }
+    Ok(handles)
+}
+
+/// Which positions lie farther than `reach` from all of `points`.
+fn beyond(positions: &[Point3<f64>], points: &[Point3<f64>], reach: f64) -> Vec<bool> {
+    let squared = reach * reach;
+    positions.iter().map(|p| !points.iter().any(|q| (p - q).norm_squared() < squared)).collect()
+}
+
+/// The spline's matrix with the rows of everything that the surface reaches replaced, and with the cavity's ring on the
+/// rims that it hangs from.
+fn onto_surface(
+    spline: &Warp,
+    surface: &SurfaceWarp,
+    anatomy: &Anatomy,
+    points: &Points,
+) -> Result<Warp, RigError> {
+    let skin = anatomy.skin_vertices();
+    let ring: Vec<Option<usize>> = (skin..points.places.len())
+        .map(|at| nearest_rim(anatomy, &points.places[at], points.sides[at]))
+        .collect();
+    Warp::from_columns(spline.vertices(), spline.controls(), |control, column| {
+        column.copy_from_slice(spline.column(control));
+        for (&vertex, share) in surface.vertices.iter().zip(surface.column(control)) {
+            column[vertex as usize] = *share;
+        }
+        for (at, rim) in ring.iter().enumerate() {
+            if let Some(rim) = *rim {
+                column[skin + at] = column[rim];
+            }
+        }
+    })
+    .map_err(|source| RigError::Spline { what: "the target's surface", source })
+}
+
+fn nearest_rim(anatomy: &Anatomy, place: &Point3<f64>, side: f32) -> Option<usize> {
+    let rim = &anatomy.mouth.as_ref()?.rims[usize::from(side >= 0.5)];
+    let distance = |v: &u32| (anatomy.mesh.positions[*v as usize] - place).norm_squared();
+    rim.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|v| *v as usize)
+}
