@@ -120,21 +120,21 @@ def small_mouth_big_eyes_bent(p):
 
 
 def broad_flat_narrow_jaw(p):
-    out = p + jaw(p, -0.14) - swell(p, MOUTH, 2.4, [0.20, 0.05, 0.0]) + bends(p, 11, 0.15)
-    return scaled(out, [1.15, 0.92, 0.87])
+    out = p + jaw(p, -0.14) - swell(p, MOUTH, 2.4, [0.20, 0.05, 0.0]) + bends(p, 11, 0.08)
+    return scaled(out, [1.14, 0.95, 0.90])
 
 
 def deep_wide_jaw_big_mouth(p):
     out = p + jaw(p, 0.18, 0.4) + swell(p, MOUTH, 2.5, [0.22, 0.20, 0.05])
-    out = out + swell(p, [0, 0.5, 11.5], 1.8, [0.18, 0.10, 0.15]) + bends(p, 23, 0.15)
-    return scaled(out, [0.93, 1.06, 1.18])
+    out = out + swell(p, [0, 0.5, 11.5], 1.8, [0.18, 0.10, 0.15]) + bends(p, 23, 0.08)
+    return scaled(out, [0.95, 1.05, 1.14])
 
 
 def wide_small_eyes_twisted(p):
     out = p + jaw(p, 0.08, -0.4) + swell(p, MOUTH, 2.8, [0.12, -0.08, 0.0])
     for eye in (RIGHT_EYE, LEFT_EYE):
         out = out - swell(p, eye, 1.8, [0.14] * 3)
-    return twisted(scaled(out + bends(p, 31, 0.15), [1.18, 0.88, 1.0]), -8)
+    return twisted(scaled(out + bends(p, 31, 0.08), [1.16, 0.92, 1.0]), -6)
 
 
 WARPS = [
