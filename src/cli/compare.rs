@@ -23,11 +23,11 @@ const EXAMPLES: &str = "\
 Examples:
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png -o errors.csv
-  understudy compare --neutral n.obj --predicted p.obj --truth scan_of_smile.ply --unit mm -o error.png
+  understudy compare --neutral n.obj --predicted p.obj --truth smile.ply --unit mm -o error.png
 
-All three files are in the neutral's frame and unit. The prediction has the neutral's vertices. Where the truth has them
-too, vertices are compared by their number; otherwise each by its distance to the truth's surface, which does not see
-what slides along it.";
+All three files are in the neutral's frame and unit. The prediction has the neutral's vertices.
+Where the truth has them too, vertices are compared by their number; otherwise each by its
+distance to the truth's surface, which does not see what slides along it.";
 
 /// Radius of the ball that is shown over the outer canthal distance.
 const FRAMING: f64 = 1.0;

@@ -20,7 +20,7 @@ const MARKS: u32 = 5;
 pub fn error_colour(share: f64) -> [f32; 3] {
     let last = RAMP.len() - 1;
     // A share that is not a number is no error.
-    let place = share.max(0.0).min(1.0) * last as f64;
+    let place = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) * last as f64 };
     let below = (place.floor() as usize).min(last - 1);
     let t = place - below as f64;
     std::array::from_fn(|k| {
@@ -29,13 +29,13 @@ pub fn error_colour(share: f64) -> [f32; 3] {
     })
 }
 
-/// A round length, 1, 2 or 5 times a power of ten, that is not below the given one; 1 where that is not positive.
+/// A round length, 1, 2, 3, 4, 6 or 8 times a power of ten, that is not below the given one; 1 where that is not positive.
 pub(super) fn round_length(length: f64) -> f64 {
     if !(length.is_normal() && length > 0.0) {
         return 1.0;
     }
     let power = 10_f64.powf(length.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0];
+    let steps = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0];
     // A hair of tolerance, so that 0.2 stays 0.2.
     steps
         .into_iter()
@@ -85,14 +85,13 @@ mod tests {
     fn lightness_rises_with_the_error() {
         let steps: Vec<f64> = (0..=100).map(|i| lightness(error_colour(f64::from(i) / 100.0))).collect();
         assert!(steps.windows(2).all(|pair| pair[0] < pair[1]));
-        assert_eq!(error_colour(-1.0), error_colour(0.0));
-        assert_eq!(error_colour(f64::NAN), error_colour(0.0));
-        assert_eq!(error_colour(7.0), error_colour(1.0));
+        let bits = |share| error_colour(share).map(f32::to_bits);
+        assert_eq!((bits(-1.0), bits(f64::NAN), bits(7.0)), (bits(0.0), bits(0.0), bits(1.0)));
     }
 
     #[test]
     fn lengths_are_rounded_up() {
-        for (length, round) in [(0.2, 0.2), (0.21, 0.5), (6.1, 10.0), (1.0, 1.0), (0.0, 1.0), (1e-4, 1e-4)] {
+        for (length, round) in [(0.2, 0.2), (0.21, 0.3), (8.1, 10.0), (1.0, 1.0), (0.0, 1.0), (1e-4, 1e-4)] {
             assert!(
                 (round_length(length) / round - 1.0).abs() < 1e-9,
                 "{length} became {}",
