@@ -88,6 +88,24 @@ fn a_scan_is_measured_part_by_part() {
     assert_eq!(names(folder.path()), ["error.png", "errors.csv", "half.obj", "truth.obj"]);
 }
 
+/// Landmarks that are given are used as those that are found.
+#[test]
+fn landmarks_from_a_file_give_the_same_figures() {
+    let (folder, scan) = (folder(), james());
+    let at = |name: &str| folder.path().join(name);
+    let truth = moved(&scan, at("truth.obj"), |p| [0.0, 0.01 * p[0], 0.02 * p[1]], "");
+    let landmarks = at("james.landmarks.json");
+    finish(program().arg("landmark").arg(&scan).arg("-o").arg(&landmarks)).succeeded();
+    let (found, given) = (at("found.csv"), at("given.csv"));
+    finish(&mut compare(&scan, &scan, &truth, &[&found])).succeeded();
+    finish(compare(&scan, &scan, &truth, &[&given]).arg("--landmarks").arg(&landmarks)).succeeded();
+    let table = fs::read_to_string(&found).unwrap();
+    assert!(table == fs::read_to_string(&given).unwrap() && table.lines().count() == 10, "{table}");
+    for line in table.lines().skip(1) {
+        assert!(line.ends_with(",1.000000"), "doing nothing is worth 1: {line}");
+    }
+}
+
 #[test]
 fn a_truth_of_another_topology_is_measured_to_its_surface() {
     let (folder, scan) = (folder(), james());

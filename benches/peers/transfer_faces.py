@@ -73,12 +73,12 @@ def swell(points, centre, width, by):
 
 def bends(points, seed, height, waves=6, length=14.0):
     """A few sine waves in random directions."""
-    random, sum_ = np.random.default_rng(seed), np.zeros_like(points)
+    random, bent = np.random.default_rng(seed), np.zeros_like(points)
     for _ in range(waves):
         along = random.normal(size=3)
         phase = points @ (along / np.linalg.norm(along)) * 2 * np.pi / length + random.uniform(0, 2 * np.pi)
-        sum_ += height * np.sin(phase)[:, None] * random.normal(size=3)
-    return sum_
+        bent += height * np.sin(phase)[:, None] * random.normal(size=3)
+    return bent
 
 
 def jaw(points, wider, forward=0.0):
@@ -262,15 +262,17 @@ def protocol(ict, table):
 def write_cases(ict, seeds, folder):
     """A folder for each identity under each warp, and the mean face once."""
     motions = [ict.motion(shapes) for shapes in EXPRESSIONS.values()]
-    moving = lambda face, warp: np.stack([warp(face + motion) for motion in motions]) * CENTIMETRE
-    same = lambda face: face
+
+    def moving(face, warp=lambda points: points):
+        return np.stack([warp(face + motion) for motion in motions]) * CENTIMETRE
+
     mean = ict.neutral * CENTIMETRE
     write_obj(folder / "a2_source.obj", mean, ict.triangles, "ICT mean face, mm")
-    write_pc2(folder / "a2_source.pc2", moving(ict.neutral, same))
+    write_pc2(folder / "a2_source.pc2", moving(ict.neutral))
     cases = []
     for seed in seeds:
         face = ict.identity(seed)
-        for name, warp, warp_seed, unseen in WARPS:
+        for name, warp, warp_seed, is_new in WARPS:
             volume = smallest_volume(warp, face)
             if volume < 0.2:
                 raise SystemExit(f"the warp {name} folds the identity {seed} (least determinant {volume:.2f})")
@@ -280,14 +282,14 @@ def write_cases(ict, seeds, folder):
             write_obj(case / "target.obj", target, ict.triangles, f"identity {seed} under {name}, mm")
             write_pc2(case / "target_truth.pc2", moving(face, warp))
             write_obj(case / "a1_source.obj", face * CENTIMETRE, ict.triangles, f"identity {seed}, mm")
-            write_pc2(case / "a1_source.pc2", moving(face, same))
+            write_pc2(case / "a1_source.pc2", moving(face))
             cases.append(
                 {
                     "folder": case.name,
                     "identity_seed": seed,
                     "warp": name,
                     "warp_seed": warp_seed,
-                    "unseen": unseen and seed not in DEVELOPMENT_IDENTITIES,
+                    "unseen": is_new and seed not in DEVELOPMENT_IDENTITIES,
                     "least_jacobian_determinant": round(float(volume), 4),
                 }
             )
