@@ -23,4 +23,6 @@ pub mod rig;
 pub mod export;
 pub mod view;
 
+pub mod compare;
+
 pub mod pipeline;

@@ -11,6 +11,7 @@ macro_rules! say {
 mod animate;
 mod assets;
 mod clip;
+mod compare;
 mod inputs;
 mod landmark;
 mod method;
@@ -35,6 +36,7 @@ Examples:
   understudy landmark scan.obj -o picture.png -o scan.landmarks.json
   understudy prepare scan.obj -o avatar.glb -o look.png
   understudy render scan.obj -o look.png --yaw 30
+  understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -58,6 +60,7 @@ enum Command {
     Landmark(landmark::Landmark),
     Prepare(prepare::Prepare),
     Render(render::Render),
+    Compare(compare::Compare),
     Assets(assets::AssetsCommand),
 }
 
@@ -83,6 +86,7 @@ pub fn run() -> ExitCode {
         Command::Landmark(command) => command.run(cli.quiet),
         Command::Prepare(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
+        Command::Compare(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {
