@@ -14,7 +14,7 @@ pub struct ScanArgs {
     /// The scan's unit: mm, cm, m or in; guessed from the distance of the eyes if not given
     #[arg(long, value_parser = parse_unit)]
     unit: Option<LengthUnit>,
-    /// The scan's landmarks: .json with 478, .pts or .ljson with 68 points; found by the networks if not given
+    /// The scan's landmarks: .json with 478, .pts or .ljson with 68 points, .lm3 with 22; found by the networks if not given
     #[arg(long, value_name = "FILE")]
     landmarks: Option<PathBuf>,
 }
