@@ -14,6 +14,7 @@ pub mod lift;
 pub mod scan;
 pub mod spline;
 
+pub mod grid;
 pub mod rig;
 
 pub mod export;
