@@ -10,10 +10,12 @@ macro_rules! say {
 
 mod animate;
 mod assets;
+mod average;
 mod clip;
 mod inputs;
 mod landmark;
 mod prepare;
+mod preprocess;
 mod progress;
 mod render;
 mod target;
@@ -33,6 +35,8 @@ Examples:
   understudy track clip.mp4 -o motion.csv
   understudy landmark scan.obj -o picture.png -o scan.landmarks.json
   understudy prepare scan.obj -o avatar.glb -o look.png
+  understudy preprocess scan.obj -o grid.obj -o picture.png
+  understudy average scans/*.obj -o average.obj
   understudy render scan.obj -o look.png --yaw 30
   understudy assets";
 
@@ -56,6 +60,8 @@ enum Command {
     Track(Box<track::Track>),
     Landmark(landmark::Landmark),
     Prepare(prepare::Prepare),
+    Preprocess(Box<preprocess::Preprocess>),
+    Average(Box<average::Average>),
     Render(render::Render),
     Assets(assets::AssetsCommand),
 }
@@ -81,6 +87,8 @@ pub fn run() -> ExitCode {
         Command::Track(command) => command.run(cli.quiet),
         Command::Landmark(command) => command.run(cli.quiet),
         Command::Prepare(command) => command.run(cli.quiet),
+        Command::Preprocess(command) => command.run(cli.quiet),
+        Command::Average(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };

@@ -1,6 +1,6 @@
 //! The part of the command line that every command on a scan shares.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use understudy::{
@@ -23,9 +23,15 @@ impl ScanArgs {
     pub fn options(&self) -> TargetOptions {
         TargetOptions { unit: self.unit, landmarks: self.landmarks.clone() }
     }
+
+    /// The landmark file that is read, if any.
+    pub fn landmarks(&self) -> Option<&Path> {
+        self.landmarks.as_deref()
+    }
 }
 
-fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+/// A unit's name.
+pub fn parse_unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::parse(text).ok_or_else(|| "write mm, cm, m or in".to_owned())
 }
 

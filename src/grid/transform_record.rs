@@ -1,6 +1,6 @@
 //! How a face was normalised, as a small JSON, so that results can return to the scan.
 
-use nalgebra::{Matrix3, Matrix4, Point3};
+use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::GridError;
@@ -47,7 +47,10 @@ impl TransformRecord {
         condition_number: f64,
         landmarks: Vec<usize>,
     ) -> Option<Self> {
-        let inverse = matrix.try_inverse()?;
+        // By parts, so that the last row stays exact.
+        let back: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).try_inverse()?;
+        let shift: Vector3<f64> = matrix.fixed_view::<3, 1>(0, 3).into();
+        let inverse = back.to_homogeneous() * Matrix4::new_translation(&-shift);
         let linear: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0) * (to_unit_mm / from_unit_mm);
         let mut singular_values: [f64; 3] = linear.singular_values().into();
         singular_values.sort_by(|a, b| b.total_cmp(a));
@@ -124,8 +127,8 @@ mod tests {
     use super::*;
 
     fn record() -> TransformRecord {
-        let matrix = Matrix4::new_translation(&nalgebra::Vector3::new(1.0, -2000.0, 3.25))
-            * Matrix4::new_nonuniform_scaling(&nalgebra::Vector3::new(10.0, 9.0, 11.0));
+        let matrix = Matrix4::new_translation(&Vector3::new(1.0, -2000.0, 3.25))
+            * Matrix4::new_nonuniform_scaling(&Vector3::new(10.0, 9.0, 11.0));
         let (own, average) = (("own frame of a.obj", 10.0), ("average face", 1.0));
         TransformRecord::new("affine", &matrix, own, average, 2.5, vec![4, 33]).unwrap()
     }
@@ -150,7 +153,7 @@ mod tests {
         assert!(reason("").contains("no transform"));
         assert!(reason(&text.replace("transform 1", "transform 2")).contains("format"));
         assert!(reason(&text.replacen("10.0", "12.0", 2)).contains("does not undo"));
-        let singular = Matrix4::new_nonuniform_scaling(&nalgebra::Vector3::new(1.0, 0.0, 1.0));
+        let singular = Matrix4::new_nonuniform_scaling(&Vector3::new(1.0, 0.0, 1.0));
         assert!(TransformRecord::new("affine", &singular, ("a", 1.0), ("b", 1.0), 1.0, vec![]).is_none());
     }
 }

@@ -1,0 +1,171 @@
+//! The average of many scans (000 section 5.3): consensus landmarks, a morph of each scan to them, the mean of depths.
+
+use std::path::PathBuf;
+
+use nalgebra::{Point3, Vector3};
+
+use super::{PipelineError, Target};
+use crate::{
+    anatomy::FaceFrame,
+    grid::{AverageDepth, Consensus, DepthAverage, FaceGrid, GridError, Raster, morph},
+    tracking::{LANDMARK_COUNT, SKIN_LANDMARK_COUNT, is_outline},
+};
+
+/// How faces are averaged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AverageOptions {
+    /// Grid points across.
+    pub columns: usize,
+    /// Grid points down.
+    pub rows: usize,
+    /// Millimetres around the landmarks' bounding rectangle.
+    pub margin: f64,
+    /// The share of the scans, 0..=1, that must have a depth at a grid point.
+    pub share: f64,
+    /// The morph's λ, for landmarks in a box of side 1.
+    pub smoothness: f64,
+}
+
+impl Default for AverageOptions {
+    fn default() -> Self {
+        Self { columns: 150, rows: 150, margin: 10.0, share: 0.5, smoothness: 1e-3 }
+    }
+}
+
+/// A scan reduced to what is averaged: its face, cleaned, in the face's own axes, millimetres.
+#[derive(Debug, Clone)]
+pub struct FaceShape {
+    /// The scan's name.
+    pub name: String,
+    positions: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    /// 478.
+    landmarks: Vec<Option<Point3<f64>>>,
+}
+
+/// What scans have in common.
+#[derive(Debug, Clone)]
+pub struct AverageFace {
+    /// The mean surface in its own axes (x to the subject's left, y up, z out of the face; the mean of the consensus
+    /// landmarks is the origin), millimetres.
+    pub grid: FaceGrid,
+    /// Depths and their standard deviation.
+    pub depth: AverageDepth,
+    /// 478: where the scans' landmarks lie on average after the morph, in the same axes; those that too few scans have
+    /// are absent.
+    pub landmarks: Vec<Option<Point3<f64>>>,
+    /// Numbers of the landmarks on which the consensus rests.
+    pub common: Vec<usize>,
+    /// For each scan that lacks some of the landmarks of others, its name and how many.
+    pub missing: Vec<(String, usize)>,
+    /// The Procrustes analysis, its points in the axes of the first scan.
+    pub consensus: Consensus,
+}
+
+impl FaceShape {
+    /// The face of a scan; `margin` millimetres around its landmarks are kept.
+    pub fn of(target: &Target, margin: f64) -> Result<Self, PipelineError> {
+        // Morphing may bring in what lies a little outside.
+        let view = target.face_view(2.0 * margin + 10.0)?;
+        let triangles = view.cleaned.triangles(&target.mesh().triangles).map(|(_, corners)| corners);
+        let mut numbers = vec![None; view.cleaned.positions.len()];
+        let mut positions = Vec::new();
+        let triangles = triangles
+            .map(|corners| {
+                corners.map(|v| {
+                    *numbers[v as usize].get_or_insert_with(|| {
+                        positions.push(view.cleaned.positions[v as usize]);
+                        positions.len() as u32 - 1
+                    })
+                })
+            })
+            .collect();
+        Ok(Self { name: target.scan.name.clone(), positions, triangles, landmarks: view.landmarks })
+    }
+}
+
+impl AverageFace {
+    /// The average of `faces`; `step` is called after each of them.
+    pub fn of(
+        mut faces: Vec<FaceShape>,
+        options: &AverageOptions,
+        mut step: impl FnMut(),
+    ) -> Result<Self, PipelineError> {
+        let average = |source| PipelineError::Average { source };
+        let (common, missing) = common_landmarks(&faces);
+        let shapes: Vec<Vec<Point3<f64>>> =
+            faces.iter().map(|face| chosen(&face.landmarks, &common)).collect();
+        let consensus = Consensus::of(&shapes).map_err(average)?;
+        let points = rectified(&common, &consensus.points).map_err(average)?;
+        for face in &mut faces {
+            let from = chosen(&face.landmarks, &common);
+            let mut present: Vec<_> = face.landmarks.iter().flatten().copied().collect();
+            let named = |source| PipelineError::Grid { scan: PathBuf::from(&face.name), source };
+            morph(&mut face.positions, &from, &points, options.smoothness).map_err(named)?;
+            morph(&mut present, &from, &points, options.smoothness).map_err(named)?;
+            for (landmark, moved) in face.landmarks.iter_mut().flatten().zip(present) {
+                *landmark = moved;
+            }
+        }
+        let landmarks = mean_landmarks(&faces, options.share);
+        let raster = Raster::around(
+            landmarks.iter().flatten().copied(),
+            options.margin,
+            options.columns,
+            options.rows,
+        )
+        .map_err(average)?;
+        let mut sum = DepthAverage::new(raster);
+        for face in &faces {
+            let samples = raster.sample(&face.positions, (0..).zip(face.triangles.iter().copied()));
+            sum.add(samples.iter().map(|sample| sample.map(|s| s.depth)));
+            step();
+        }
+        let depth = sum.finish(options.share);
+        let grid = FaceGrid::new(raster, &depth.depths)
+            .map_err(|_| average(GridError::NothingCovered { share: 100.0 * options.share }))?;
+        Ok(Self { grid, depth, landmarks, common, missing, consensus })
+    }
+}
+
+/// The landmarks of the skin that every face has, and how many each face lacks of those that others have. The outline is
+/// left out: each picture has its own silhouette.
+fn common_landmarks(faces: &[FaceShape]) -> (Vec<usize>, Vec<(String, usize)>) {
+    let has = |face: &FaceShape, landmark: usize| face.landmarks.get(landmark).is_some_and(Option::is_some);
+    let some: Vec<usize> = (0..SKIN_LANDMARK_COUNT)
+        .filter(|landmark| !is_outline(*landmark) && faces.iter().any(|face| has(face, *landmark)))
+        .collect();
+    let missing = faces
+        .iter()
+        .map(|face| (face.name.clone(), some.iter().filter(|landmark| !has(face, **landmark)).count()))
+        .filter(|(_, count)| *count > 0)
+        .collect();
+    let common = some.into_iter().filter(|landmark| faces.iter().all(|face| has(face, *landmark))).collect();
+    (common, missing)
+}
+
+fn chosen(landmarks: &[Option<Point3<f64>>], numbers: &[usize]) -> Vec<Point3<f64>> {
+    numbers.iter().filter_map(|landmark| landmarks[*landmark]).collect()
+}
+
+/// The consensus turned to look along +z, upright, its mean at the origin.
+fn rectified(common: &[usize], points: &[Point3<f64>]) -> Result<Vec<Point3<f64>>, GridError> {
+    let mut landmarks = vec![None; LANDMARK_COUNT];
+    for (landmark, point) in common.iter().zip(points) {
+        landmarks[*landmark] = Some(*point);
+    }
+    let turn = FaceFrame::of(&landmarks).ok_or(GridError::NoAxes)?.rotation();
+    let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    Ok(points.iter().map(|p| turn * (p - mean)).map(Point3::from).collect())
+}
+
+/// The mean place of each landmark that at least `share` of the faces have.
+fn mean_landmarks(faces: &[FaceShape], share: f64) -> Vec<Option<Point3<f64>>> {
+    let mean = |landmark: usize| {
+        let places: Vec<_> = faces.iter().filter_map(|face| face.landmarks.get(landmark).copied()?).collect();
+        let enough = !places.is_empty() && places.len() as f64 >= share * faces.len() as f64 - 1e-9;
+        let sum: Vector3<f64> = places.iter().map(|p| p.coords).sum();
+        enough.then(|| Point3::from(sum / places.len() as f64))
+    };
+    (0..LANDMARK_COUNT).map(mean).collect()
+}
