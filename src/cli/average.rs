@@ -99,6 +99,13 @@ impl Average {
         for (name, count) in &average.missing {
             tracing::warn!("{name} lacks {count} landmarks that other scans have; they are left out for all");
         }
+        for (name, off) in &average.outliers {
+            tracing::warn!(
+                "{name}'s landmarks are {off:.1} mm off the consensus, against {:.1} mm of all: look at them with \
+                 `understudy landmark`, and leave it out or give it a .landmarks.json",
+                average.consensus.residual()
+            );
+        }
         if !quiet {
             self.report(&average);
         }
@@ -160,7 +167,7 @@ impl Average {
             self.scans.len(),
             average.common.len(),
             average.consensus.rounds,
-            average.consensus.residual,
+            average.consensus.residual(),
         );
         say!(
             "average: {}x{} points {:.2} x {:.2} mm apart, {} ({:.1} %) covered by at least {:.0} % of the scans",
@@ -194,5 +201,5 @@ fn parse_share(text: &str) -> Result<f64, String> {
 
 fn parse_smoothness(text: &str) -> Result<f64, String> {
     let smoothness = text.parse().ok().filter(|smoothness: &f64| (0.0..=1e3).contains(smoothness));
-    smoothness.ok_or_else(|| "write a number from 0 to 1000, such as 0.001".to_owned())
+    smoothness.ok_or_else(|| "write a number from 0 to 1000, such as 0.01".to_owned())
 }

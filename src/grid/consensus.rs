@@ -22,8 +22,8 @@ pub struct Consensus {
     pub fits: Vec<Similarity3<f64>>,
     /// Rounds until it settled.
     pub rounds: usize,
-    /// Root mean square distance of the fitted landmarks from the consensus, in the faces' unit.
-    pub residual: f64,
+    /// For each face the root mean square distance of its fitted landmarks from the consensus, in the faces' unit.
+    pub residuals: Vec<f64>,
 }
 
 impl Consensus {
@@ -65,15 +65,28 @@ impl Consensus {
             rounds += 1;
         }
         let fits = fitted(faces, &points)?;
-        let squares: f64 = fits
-            .iter()
-            .zip(faces)
-            .flat_map(|(fit, face)| {
-                face.iter().zip(&points).map(move |(p, mean)| (fit * p - mean).norm_squared())
-            })
-            .sum();
-        let residual = (squares / (faces.len() * count) as f64).sqrt();
-        Ok(Self { points, fits, rounds, residual })
+        let off = |(fit, face): (&Similarity3<f64>, &Vec<Point3<f64>>)| {
+            let squares: f64 =
+                face.iter().zip(&points).map(|(p, mean)| (fit * p - mean).norm_squared()).sum();
+            (squares / count as f64).sqrt()
+        };
+        let residuals = fits.iter().zip(faces).map(off).collect();
+        Ok(Self { points, fits, rounds, residuals })
+    }
+
+    /// Root mean square of [`Consensus::residuals`].
+    pub fn residual(&self) -> f64 {
+        let squares: f64 = self.residuals.iter().map(|off| off * off).sum();
+        (squares / self.residuals.len().max(1) as f64).sqrt()
+    }
+
+    /// Faces that are off by more than twice as much as half of the faces are: their landmarks are hardly where they
+    /// should be.
+    pub fn outliers(&self) -> Vec<usize> {
+        let mut sorted = self.residuals.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let limit = sorted.get(sorted.len() / 2).map_or(f64::INFINITY, |median| 2.0 * median + 1e-6);
+        (0..self.residuals.len()).filter(|face| self.residuals[*face] > limit).collect()
     }
 }
 
@@ -112,7 +125,7 @@ mod tests {
     fn scaled_and_turned_copies_align_exactly() {
         let faces: Vec<_> = (0..5).map(|k| placed(&shape(), f64::from(k))).collect();
         let consensus = Consensus::of(&faces).unwrap();
-        assert!(consensus.residual < 1e-9 && consensus.rounds <= 3, "{consensus:?}");
+        assert!(consensus.residual() < 1e-9 && consensus.rounds <= 3, "{consensus:?}");
         let (_, size) = spread(&consensus.points).unwrap();
         let (_, own) = spread(&shape()).unwrap();
         // Scales 0.8 … 1.2, whose mean is 1.
@@ -136,7 +149,10 @@ mod tests {
         let worst =
             consensus.points.iter().zip(&base).map(|(p, b)| (back * p - b).norm()).fold(0.0, f64::max);
         assert!(worst < 0.05, "{worst}");
-        assert!(consensus.residual > 0.3);
+        assert!(consensus.residual() > 0.3 && consensus.outliers().is_empty());
+        let mut odd = vec![base.clone(); 5];
+        odd[3][7] += Vector3::new(0.0, 30.0, 0.0);
+        assert_eq!(Consensus::of(&odd).unwrap().outliers(), [3]);
     }
 
     #[test]

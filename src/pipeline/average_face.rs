@@ -28,7 +28,7 @@ pub struct AverageOptions {
 
 impl Default for AverageOptions {
     fn default() -> Self {
-        Self { columns: 150, rows: 150, margin: 10.0, share: 0.5, smoothness: 1e-3 }
+        Self { columns: 150, rows: 150, margin: 10.0, share: 0.5, smoothness: 1e-2 }
     }
 }
 
@@ -58,11 +58,24 @@ pub struct AverageFace {
     pub common: Vec<usize>,
     /// For each scan that lacks some of the landmarks of others, its name and how many.
     pub missing: Vec<(String, usize)>,
+    /// Names of the scans whose landmarks stand out, and by how many millimetres RMS they are off the consensus.
+    pub outliers: Vec<(String, f64)>,
     /// The Procrustes analysis, its points in the axes of the first scan.
     pub consensus: Consensus,
 }
 
 impl FaceShape {
+    /// A face that is clean already: positions, triangles and 478 landmarks in its own axes (x to the subject's left, y
+    /// up, z out of the face), millimetres.
+    pub fn new(
+        name: impl Into<String>,
+        positions: Vec<Point3<f64>>,
+        triangles: Vec<[u32; 3]>,
+        landmarks: Vec<Option<Point3<f64>>>,
+    ) -> Self {
+        Self { name: name.into(), positions, triangles, landmarks }
+    }
+
     /// The face of a scan; `margin` millimetres around its landmarks are kept.
     pub fn of(target: &Target, margin: f64) -> Result<Self, PipelineError> {
         // Morphing may bring in what lies a little outside.
@@ -96,6 +109,8 @@ impl AverageFace {
         let shapes: Vec<Vec<Point3<f64>>> =
             faces.iter().map(|face| chosen(&face.landmarks, &common)).collect();
         let consensus = Consensus::of(&shapes).map_err(average)?;
+        let outliers = consensus.outliers().into_iter();
+        let outliers = outliers.map(|i| (faces[i].name.clone(), consensus.residuals[i])).collect();
         let points = rectified(&common, &consensus.points).map_err(average)?;
         for face in &mut faces {
             let from = chosen(&face.landmarks, &common);
@@ -124,7 +139,7 @@ impl AverageFace {
         let depth = sum.finish(options.share);
         let grid = FaceGrid::new(raster, &depth.depths)
             .map_err(|_| average(GridError::NothingCovered { share: 100.0 * options.share }))?;
-        Ok(Self { grid, depth, landmarks, common, missing, consensus })
+        Ok(Self { grid, depth, landmarks, common, missing, outliers, consensus })
     }
 }
 
@@ -168,4 +183,110 @@ fn mean_landmarks(faces: &[FaceShape], share: f64) -> Vec<Option<Point3<f64>>> {
         enough.then(|| Point3::from(sum / places.len() as f64))
     };
     (0..LANDMARK_COUNT).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, UnitQuaternion};
+
+    use super::*;
+    use crate::tracking::index;
+
+    const SIDE: u32 = 61;
+
+    /// A dome that is raised by `height` around the middle; landmarks of the skin lie on it along a spiral.
+    fn dome(height: f64) -> FaceShape {
+        let z = |x: f64, y: f64| {
+            -(x * x + y * y) / 150.0 + height * (-((x - 10.0).powi(2) + y * y) / 800.0).exp()
+        };
+        let mut positions = Vec::new();
+        let mut triangles = Vec::new();
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let (x, y) = (f64::from(column) * 3.0 - 90.0, f64::from(row) * 3.0 - 90.0);
+                positions.push(Point3::new(x, y, z(x, y)));
+                if row > 0 && column > 0 {
+                    let at = row * SIDE + column;
+                    triangles.extend([[at, at - 1, at - SIDE - 1], [at, at - SIDE - 1, at - SIDE]]);
+                }
+            }
+        }
+        let mut landmarks = vec![None; LANDMARK_COUNT];
+        for (i, landmark) in landmarks.iter_mut().enumerate().take(SKIN_LANDMARK_COUNT).step_by(3) {
+            let (radius, angle) = (3.0 * (i as f64).sqrt(), 2.4 * i as f64);
+            let (x, y) = (radius * angle.cos(), radius * angle.sin());
+            *landmark = Some(Point3::new(x, y, z(x, y)));
+        }
+        for (i, [x, y]) in [
+            (index::RIGHT_EYE_OUTER, [-45.0, 30.0]),
+            (index::LEFT_EYE_OUTER, [45.0, 30.0]),
+            (index::MOUTH_RIGHT, [-25.0, -40.0]),
+            (index::MOUTH_LEFT, [25.0, -40.0]),
+        ] {
+            landmarks[i] = Some(Point3::new(x, y, z(x, y)));
+        }
+        FaceShape::new("dome", positions, triangles, landmarks)
+    }
+
+    fn options() -> AverageOptions {
+        AverageOptions { columns: 40, rows: 40, margin: 0.0, ..AverageOptions::default() }
+    }
+
+    #[test]
+    fn opposite_perturbations_average_to_the_base() {
+        let mut steps = 0;
+        let base = AverageFace::of(vec![dome(0.0)], &options(), || steps += 1).unwrap();
+        let both = AverageFace::of(vec![dome(4.0), dome(-4.0)], &options(), || steps += 1).unwrap();
+        assert_eq!(steps, 3);
+        assert_eq!(base.depth.spread(), (0.0, 0.0));
+        let nearest = |p: &Point3<f64>| base.grid.nearest(p).unwrap().1;
+        let step = base.grid.raster.step();
+        // Grids lie a little differently; depth is compared where the points of both nearly coincide.
+        let landmarks = both.landmarks.iter().zip(&base.landmarks);
+        for (a, b) in landmarks.filter_map(|(a, b)| (*a).zip(*b)) {
+            assert!((a - b).norm() < 0.2, "{a} {b}");
+        }
+        let near: Vec<_> = both.grid.points.iter().flatten().map(nearest).collect();
+        assert!(near.iter().sum::<f64>() / (near.len() as f64) < 0.4 * step.norm());
+        assert!(both.outliers.is_empty() && both.missing.is_empty());
+    }
+
+    #[test]
+    fn turned_copies_average_to_one() {
+        let turned = |k: f64| {
+            let motion = Isometry3::from_parts(
+                nalgebra::Translation3::new(10.0 * k, 0.0, 3.0),
+                UnitQuaternion::from_euler_angles(0.05 * k, 0.03, -0.04 * k),
+            );
+            let mut face = dome(5.0);
+            for p in face.positions.iter_mut().chain(face.landmarks.iter_mut().flatten()) {
+                *p = motion * *p;
+            }
+            face
+        };
+        let faces = (0..4).map(|k| turned(f64::from(k))).collect();
+        let average = AverageFace::of(faces, &options(), || {}).unwrap();
+        let (mean, largest) = average.depth.spread();
+        assert!(mean < 1e-6 && largest < 1e-6, "{mean} {largest}");
+        let single = AverageFace::of(vec![turned(0.0)], &options(), || {}).unwrap();
+        for (a, b) in average.grid.points.iter().zip(&single.grid.points) {
+            assert!((a.unwrap() - b.unwrap()).norm() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_some_lack_is_said_and_left_out() {
+        let mut lacking = dome(0.0);
+        lacking.name = "lacking".into();
+        lacking.landmarks[index::NOSE_TIP] = None;
+        lacking.landmarks[3] = None;
+        let average = AverageFace::of(vec![dome(0.0), lacking, dome(0.0)], &options(), || {}).unwrap();
+        assert_eq!(average.missing, [("lacking".to_owned(), 1)]);
+        assert!(!average.common.contains(&3) && average.landmarks[3].is_some());
+        let mut blind = dome(0.0);
+        blind.landmarks[index::LEFT_EYE_OUTER] = None;
+        let error = AverageFace::of(vec![dome(0.0), blind], &options(), || {}).unwrap_err().to_string();
+        assert!(error.contains("no average") && error.contains("eye corners"), "{error}");
+        assert!(AverageFace::of(Vec::new(), &options(), || {}).is_err());
+    }
 }
