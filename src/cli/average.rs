@@ -11,7 +11,7 @@ use understudy::{
         AverageFace, AverageOptions, FaceShape, Networks, PipelineError, Target, TargetOptions,
         average_picture,
     },
-    scan::{LandmarkFile, LengthUnit, write_landmarks},
+    scan::{LandmarkFile, LengthUnit, ScanError, write_landmarks},
     tracking::TrackerOptions,
     view::{Gpu, beside, heat_map, save_png},
 };
@@ -76,14 +76,27 @@ impl Average {
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
 
         let bar = progress::count("reading", "scans", self.scans.len() as u64, quiet);
-        let mut faces = Vec::new();
+        let (mut faces, mut last_error) = (Vec::new(), None);
         for scan in &self.scans {
             let options = TargetOptions { unit: self.unit, landmarks: landmarks_beside(scan, &outputs) };
-            let target = Target::load(scan, &options, &gpu, &mut networks.tracker)?;
-            faces.push(FaceShape::of(&target, self.margin)?);
+            let face = Target::load(scan, &options, &gpu, &mut networks.tracker)
+                .and_then(|target| FaceShape::of(&target, self.margin));
+            match face {
+                Ok(face) => faces.push(face),
+                Err(error) if is_of_one_scan(&error) => {
+                    bar.suspend(|| tracing::warn!("left out: {error}"));
+                    last_error = Some(error);
+                }
+                Err(error) => return Err(error.into()),
+            }
             bar.inc(1);
         }
         bar.finish_and_clear();
+
+        if let (true, Some(error)) = (faces.is_empty(), last_error) {
+            return Err(error.into());
+        }
+        let scans = faces.len();
 
         let [columns, rows] = self.grid;
         let options = AverageOptions {
@@ -93,7 +106,7 @@ impl Average {
             share: self.share,
             smoothness: self.smoothness,
         };
-        let bar = progress::count("averaging", "scans", self.scans.len() as u64, quiet);
+        let bar = progress::count("averaging", "scans", scans as u64, quiet);
         let average = AverageFace::of(faces, &options, || bar.inc(1))?;
         bar.finish_and_clear();
         for (name, count) in &average.missing {
@@ -112,7 +125,7 @@ impl Average {
 
         for path in &self.output {
             if is_picture(path) {
-                save_png(path, &self.picture(&gpu, &average)?)?;
+                save_png(path, &picture(&gpu, &average)?)?;
             } else {
                 let name =
                     path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
@@ -129,12 +142,6 @@ impl Average {
             }
         }
         Ok(())
-    }
-
-    fn picture(&self, gpu: &Gpu, average: &AverageFace) -> Result<RgbaImage, PipelineError> {
-        let title = format!("standard deviation of depth, {} scans", self.scans.len());
-        let spread = heat_map(&average.depth.deviations, average.grid.raster.columns, &title, "mm");
-        Ok(beside(&average_picture(gpu, &average.grid, &average.landmarks)?, &spread))
     }
 
     /// Every place that is written, refused early where it cannot be.
@@ -163,7 +170,8 @@ impl Average {
     fn report(&self, average: &AverageFace) {
         let (grid, step) = (&average.grid, average.grid.raster.step());
         say!(
-            "consensus: {} scans, {} landmarks that all have, settled after {} rounds, landmarks off by {:.2} mm RMS",
+            "consensus: {} of {} scans, {} landmarks that all have, settled after {} rounds, landmarks off by {:.2} mm RMS",
+            average.consensus.fits.len(),
             self.scans.len(),
             average.common.len(),
             average.consensus.rounds,
@@ -182,6 +190,24 @@ impl Average {
         let (mean, largest) = average.depth.spread();
         say!("standard deviation of depth: mean {mean:.2} mm, at most {largest:.2} mm");
     }
+}
+
+/// The average face beside its spread.
+fn picture(gpu: &Gpu, average: &AverageFace) -> Result<RgbaImage, PipelineError> {
+    let title = format!("standard deviation of depth, {} scans", average.consensus.fits.len());
+    let spread = heat_map(&average.depth.deviations, average.grid.raster.columns, &title, "mm");
+    Ok(beside(&average_picture(gpu, &average.grid, &average.landmarks)?, &spread))
+}
+
+/// Whether a scan can be left out because no face, or no whole one, was found on it. A file that cannot be read is the
+/// user's mistake.
+fn is_of_one_scan(error: &PipelineError) -> bool {
+    matches!(
+        error,
+        PipelineError::NoFaceOnScan { .. }
+            | PipelineError::Grid { .. }
+            | PipelineError::Scan(ScanError::Placement { .. })
+    )
 }
 
 fn is_picture(path: &Path) -> bool {

@@ -171,7 +171,7 @@ fn rectified(common: &[usize], points: &[Point3<f64>]) -> Result<Vec<Point3<f64>
     }
     let turn = FaceFrame::of(&landmarks).ok_or(GridError::NoAxes)?.rotation();
     let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    Ok(points.iter().map(|p| turn * (p - mean)).map(Point3::from).collect())
+    Ok(points.iter().map(|p| turn * (p - mean)).collect())
 }
 
 /// The mean place of each landmark that at least `share` of the faces have.
