@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 /// A point that stands off its neighbours by more than this many times their own spread is a spike: a cone steeper than
-/// 68° all round.
-const STEEP: f64 = 2.5;
+/// 56° all round.
+const STEEP: f64 = 1.5;
 /// On the rim the neighbours lie to one side, so that more is allowed.
 const STEEP_ON_THE_RIM: f64 = 5.0;
 /// Neighbours this many times farther out than half of them are not asked where the surface looks.
