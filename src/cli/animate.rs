@@ -41,7 +41,7 @@ Outputs:
 pub struct Animate {
     #[command(flatten)]
     clip: ClipArgs,
-    /// The scan to animate: .obj, .ply, .stl, .glb or .gltf
+    /// The scan to animate: .obj, .ply, .stl, .glb, .gltf or .bnt
     #[arg(short, long, value_name = "SCAN")]
     target: PathBuf,
     #[command(flatten)]

@@ -78,7 +78,8 @@ impl Animation<'_> {
     pub fn write_glb(&self, path: &Path, watch: &mut Stopwatch) -> Result<GlbReport, PipelineError> {
         watch.time("write glb", || {
             let moves = self.control_motion();
-            write_take_glb(path, self.target, self.rig, self.motion, &moves, self.head)
+            let times: Vec<_> = self.motion.frames.iter().map(|frame| frame.timestamp).collect();
+            write_take_glb(path, self.target, self.rig.warp(), &times, &moves, self.head)
         })
     }
 

@@ -1,11 +1,16 @@
 //! The stages joined: offline, in order.
 
+mod action_take;
 mod animation;
 mod avatar_glb;
+mod average_face;
+mod baked_texture;
 mod canonical;
 mod error;
+mod face_grid;
 mod glb_parts;
 mod glb_take;
+mod grid_picture;
 mod inspection;
 mod motion;
 mod motion_table;
@@ -15,6 +20,7 @@ mod performer_scan;
 mod performer_view;
 mod photographer;
 mod preview;
+mod reference_face;
 mod scan_landmarks;
 mod schedule;
 mod stage;
@@ -22,11 +28,15 @@ mod stopwatch;
 mod target;
 mod target_cache;
 
+pub use action_take::{ActionTake, Playing, draw};
 pub use animation::{Animation, ControlMotion, VideoPlan};
 pub use avatar_glb::{expression_sheet, write_avatar_glb};
+pub use average_face::{AverageFace, AverageOptions, FaceShape};
 pub use canonical::read_canonical_face;
 pub use error::PipelineError;
+pub use face_grid::{GridOptions, GriddedFace};
 pub use glb_take::{GlbReport, write_take_glb};
+pub use grid_picture::{average_picture, grid_picture};
 pub use inspection::inspection_picture;
 pub use motion::{Motion, MotionFrame, SolveOptions};
 pub use motion_table::{MotionTable, write_motion};
@@ -35,6 +45,7 @@ pub use performance::{Performance, TrackedFrame};
 pub use performer_scan::performer_face;
 pub use photographer::{Photographer, Portrait};
 pub use preview::preview_sheet;
+pub use reference_face::ReferenceFace;
 pub use scan_landmarks::ScanFace;
 pub use schedule::constant_rate;
 pub use stage::{HeadMode, Stage};
