@@ -182,6 +182,15 @@ fn bosphorus_files_are_gridded() {
     assert!(off < 6.0, "{off}");
     // No texture beside it: then there is none.
     assert!(!at("grid.mtl").exists());
+    // With it, what is above on the picture is above on the face, though this file counts b from the top.
+    let red_above = |_, y: u32| image::Rgb(if y < 100 { [220, 30, 30] } else { [30, 30, 220] });
+    image::RgbImage::from_fn(180, 200, red_above).save(at("none.png")).unwrap();
+    finish(&mut preprocess(&files.bnt, &more, &[&at("coloured.obj")])).succeeded();
+    let baked = image::open(at("coloured.png")).unwrap().into_rgb8();
+    let (width, height) = baked.dimensions();
+    let (above, below) =
+        (baked.get_pixel(width / 2, height / 8).0, baked.get_pixel(width / 2, height * 7 / 8).0);
+    assert!(above[0] > 150 && below[2] > 150, "{above:?} {below:?}");
 
     let noseless = fs::read_to_string(&files.lm3).unwrap().replace("22 landmarks:", "21 landmarks:");
     let (before_nose, after) = noseless.split_once("nose tip\r\n").unwrap();
@@ -212,6 +221,7 @@ fn bad_places_and_options_are_refused_before_any_work() {
     finish(&mut preprocess(&scan, &[], &[&at("missing/a.obj")])).refused(&["missing"]);
     finish(&mut preprocess(&scan, &[], &[&scan])).refused(&["james.obj"]);
     finish(&mut preprocess(&scan, &[], &[&at("a.obj"), &at("a.png")])).refused(&["a.png", "twice"]);
+    finish(&mut preprocess(&scan, &[], &[&at("my a.obj"), &at("my_a.png")])).refused(&["my_a.png", "twice"]);
     finish(&mut preprocess(&scan, &["--to", "x.obj"], &[&at("a.obj")])).refused(&["--normalise"]);
     finish(&mut preprocess(&at("none.obj"), &[], &[&at("a.obj")])).refused(&["none.obj"]);
     let to = ["--normalise", "affine", "--to", "/nonexistent/average.obj"];

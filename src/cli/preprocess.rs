@@ -3,6 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use clap::{Args, ValueEnum};
@@ -12,7 +13,7 @@ use understudy::{
     export::{Draft, ExportError, obj_files, write_obj, write_quad_obj},
     grid::{Normalisation, TransformRecord},
     pipeline::{GridOptions, GriddedFace, Networks, PipelineError, ReferenceFace, Target, grid_picture},
-    scan::{Mesh, read_mesh, write_landmarks},
+    scan::{Material, Mesh, Texture, TextureFormat, read_mesh, write_landmarks},
     tracking::TrackerOptions,
     view::{Gpu, save_png},
 };
@@ -60,7 +61,8 @@ pub struct Preprocess {
     #[arg(long, value_name = "AVERAGE")]
     to: Option<PathBuf>,
     /// Bring SCAN back to the frame of the scan from which this transform was made
-    #[arg(long, value_name = "FILE.transform.json", conflicts_with_all = ["landmarks", "unit", "to"])]
+    #[arg(long, value_name = "FILE.transform.json",
+        conflicts_with_all = ["landmarks", "unit", "to", "normalise", "grid", "margin", "texture"])]
     undo: Option<PathBuf>,
     /// What to write, by extension: .obj, .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
@@ -155,9 +157,9 @@ impl Preprocess {
             let made = match extension.as_deref() {
                 Some("obj") => {
                     outputs.push(Output::Grid(path));
-                    let beside = ["mtl", "png", "landmarks.json", "transform.json"];
-                    let mut made: Vec<_> = beside.iter().map(|e| path.with_extension(e)).collect();
-                    made.push(path.clone());
+                    let beside = ["landmarks.json", "transform.json"];
+                    let mut made = obj_files(path, &textured());
+                    made.extend(beside.iter().map(|e| path.with_extension(e)));
                     made
                 }
                 Some("png") => {
@@ -320,6 +322,14 @@ fn report_record(record: &TransformRecord) {
         record.to,
         record.condition_number,
     );
+}
+
+/// A mesh with a texture, of which only the files' names are asked.
+fn textured() -> Mesh {
+    let texture = Texture { name: String::new(), format: TextureFormat::Png, bytes: Vec::new() };
+    let material =
+        Material { name: String::new(), base_colour: [1.0; 4], texture: Some(Arc::new(texture)), gloss: 0.0 };
+    Mesh { materials: vec![material], ..Mesh::default() }
 }
 
 fn write_whole(path: &Path, text: &str) -> Result<(), ExportError> {

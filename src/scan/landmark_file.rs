@@ -166,12 +166,13 @@ pub fn read_landmarks_bytes(
     path: &Path,
 ) -> Result<LandmarkFile, ScanError> {
     let text = std::str::from_utf8(bytes).map_err(|e| Fault::corrupt(format!("it is not UTF-8 text: {e}")));
-    text.and_then(|text| match format {
-        LandmarkFormat::Json => landmark_json::parse(text),
-        LandmarkFormat::Pts => landmark_pts::parse(text),
-        LandmarkFormat::Ljson => landmark_ljson::parse(text),
-        LandmarkFormat::Lm3 => landmark_lm3::parse(text),
-    })
+    match format {
+        LandmarkFormat::Json => text.and_then(landmark_json::parse),
+        LandmarkFormat::Pts => text.and_then(landmark_pts::parse),
+        LandmarkFormat::Ljson => text.and_then(landmark_ljson::parse),
+        // Its comments may be in any encoding.
+        LandmarkFormat::Lm3 => landmark_lm3::parse(&String::from_utf8_lossy(bytes)),
+    }
     .and_then(|file| file.check().map(|()| file))
     .map_err(|fault| fault.at(path, format.name()))
 }
