@@ -10,6 +10,9 @@ mod catalogue;
 mod error;
 mod library;
 mod merge;
+mod score;
+mod score_lines;
+mod score_read;
 mod unit;
 mod weights;
 
@@ -18,5 +21,6 @@ pub use catalogue::{ActionFacts, Catalogue, ControlPoint, Emotion, FaceRegion};
 pub use error::ActionError;
 pub use library::{Action, ActionLibrary, ActionVector};
 pub use merge::{MOST_PULLS, Merge, merge};
+pub use score::Score;
 pub use unit::ActionKey;
 pub use weights::ActionWeights;
