@@ -43,6 +43,7 @@ struct Options {
 }
 
 fn main() -> Outcome<()> {
+    tracing_subscriber::fmt().with_writer(std::io::stderr).init();
     let options = Options::parse();
     let protocol = Protocol::read(&options.faces)?;
     let mean = Face::read(&options.faces, "a2_source.obj", "a2_source.pc2")?;

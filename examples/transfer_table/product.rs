@@ -6,11 +6,11 @@ use std::{io::Write, path::Path};
 use nalgebra::{Point3, Vector3};
 use understudy::{
     actions::{ActionKey, ActionLibrary, ActionWeights, Merge, measure_moved},
-    anatomy::Anatomy,
+    anatomy::{Anatomy, SidedSkin},
     pipeline::{Networks, Target, TargetOptions},
-    rig::{ActionRig, Method, TargetFace, facing},
+    rig::{ActionRig, Method, TargetFace, WarpKind, facing},
     scan::{Mesh, Surface},
-    tracking::LANDMARK_COUNT,
+    tracking::{LANDMARK_COUNT, Region, landmark_table},
     view::Gpu,
 };
 
@@ -37,6 +37,7 @@ impl Finder<'_> {
     pub fn find(&mut self, protocol: &Protocol, mesh: &Mesh) -> Outcome<Option<Landmarks>> {
         let file = tempfile::Builder::new().suffix(".obj").tempfile()?;
         write_with_eyes(file.path(), protocol, mesh)?;
+
         let loaded =
             Target::load(file.path(), &TargetOptions::default(), self.gpu, &mut self.networks.tracker);
         let Ok(target) = loaded else { return Ok(None) };
@@ -46,12 +47,31 @@ impl Finder<'_> {
     }
 }
 
-/// The mesh in skin colour, with white balls that have irises.
+/// Skin, brows and lips: the model has no texture, and no scan is without.
+fn paint(protocol: &Protocol, mesh: &Mesh, point: &Point3<f64>) -> String {
+    const SKIN: [f64; 3] = [0.72, 0.56, 0.48];
+    /// Full colour up to so many millimetres from a landmark of brows or lips, none from as many more.
+    const FULL: f64 = 3.0;
+    let distance = |i: usize| (mesh.positions[protocol.landmarks_468[i]] - point).norm();
+    let nearest = (0..protocol.landmarks_468.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+    let (region, away) = nearest.map_or((Region::Other, 0.0), |i| (landmark_table()[i].region, distance(i)));
+    let colour = match region {
+        Region::Brows => [0.38, 0.27, 0.2],
+        Region::Lips => [0.68, 0.38, 0.36],
+        _ => SKIN,
+    };
+    let share = (2.0 - away / FULL).clamp(0.0, 1.0);
+    let mixed: Vec<String> =
+        SKIN.iter().zip(colour).map(|(skin, own)| format!("{:.3}", skin + (own - skin) * share)).collect();
+    mixed.join(" ")
+}
+
+/// The mesh in the colours of a face, with white balls that have irises.
 fn write_with_eyes(path: &Path, protocol: &Protocol, mesh: &Mesh) -> Outcome<()> {
     const STEPS: usize = 24;
     let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
     for p in &mesh.positions {
-        writeln!(file, "v {} {} {} 0.72 0.56 0.48", p.x, p.y, p.z)?;
+        writeln!(file, "v {} {} {} {}", p.x, p.y, p.z, paint(protocol, mesh, p))?;
     }
     let mut faces = mesh.triangles.clone();
     let mut first = mesh.positions.len() as u32;
@@ -97,10 +117,11 @@ fn write_with_eyes(path: &Path, protocol: &Protocol, mesh: &Mesh) -> Outcome<()>
 /// A source's expressions as a library, an action each.
 pub fn library(source: &Face, landmarks: &Landmarks, average: &ActionLibrary) -> Outcome<ActionLibrary> {
     let surface = Surface::new(&source.mesh)?;
+    let skin = SidedSkin::of_scan(&source.mesh, &surface, landmarks).ok_or("a source without triangles")?;
     let mut library = average.empty("source");
     for (index, motion) in source.motions.iter().enumerate() {
         let moved: Vec<_> = source.mesh.positions.iter().zip(motion).map(|(p, v)| p + v).collect();
-        let measured = measure_moved(&surface, landmarks, &moved);
+        let measured = measure_moved(&surface, &skin, landmarks, &moved);
         // The source's own face takes the average's place; where a landmark is missing the average fills in.
         for (place, found) in library.face.iter_mut().zip(&measured.places) {
             *place = found.unwrap_or(*place);
@@ -123,7 +144,12 @@ pub fn carried(
 ) -> Outcome<Vec<Vec<Vector3<f64>>>> {
     let surface = Surface::new(target)?;
     let face = TargetFace::new(landmarks.clone(), facing(library, landmarks))?;
-    let anatomy = Anatomy::as_scanned(target);
+    let mut anatomy = Anatomy::as_scanned(target);
+    if method.warp != WarpKind::Regions {
+        // The model's mouth is open and its sockets are empty: of what the program prepares, the lips' sides count.
+        let prepared = Anatomy::prepare(target, &surface, landmarks, None);
+        anatomy.lower_side.copy_from_slice(&prepared.lower_side[..target.positions.len()]);
+    }
     let rig = ActionRig::new(library, &face, &anatomy, &surface, method, Merge::Sum)?;
     let mut frame = rig.new_frame();
     let mut motions = Vec::new();
