@@ -16,6 +16,8 @@ use crate::protocol::{Case, Face, Outcome, Protocol, error};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Handles {
     Ibug68,
+    /// And the catalogue's control points.
+    Ibug68Points,
     Network468,
     /// And the catalogue's muscle control points.
     Muscles,
@@ -86,6 +88,15 @@ fn with_points(protocol: &Protocol, case: &Case, wrinkles: bool) -> Outcome<Vec<
 fn handles(protocol: &Protocol, case: &Case, which: Handles) -> Outcome<Vec<usize>> {
     let mut vertices: Vec<usize> = match which {
         Handles::Ibug68 => protocol.landmarks_68.clone(),
+        Handles::Ibug68Points => {
+            let points = with_points(protocol, case, true)?;
+            protocol
+                .landmarks_68
+                .iter()
+                .copied()
+                .chain(points[SKIN_LANDMARK_COUNT..].iter().copied())
+                .collect()
+        }
         Handles::Network468 => protocol.landmarks_468.clone(),
         Handles::Muscles => with_points(protocol, case, false)?,
         Handles::Wrinkles => with_points(protocol, case, true)?,
@@ -118,7 +129,7 @@ fn transfer(
     let mut landmarks: Vec<Option<Point3<f64>>> =
         at(&case.target, &protocol.landmarks_468).into_iter().map(Some).collect();
     landmarks.resize(LANDMARK_COUNT, None);
-    if row.handles == Handles::Ibug68 {
+    if matches!(row.handles, Handles::Ibug68 | Handles::Ibug68Points) {
         for (i, landmark) in landmarks.iter_mut().enumerate() {
             if !IBUG_68.contains(&i) {
                 *landmark = None;

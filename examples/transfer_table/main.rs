@@ -3,6 +3,7 @@
 //! `cargo run --release --example transfer_table -- FACES`, with FACES made by `benches/peers/transfer_faces.py` and
 //! `benches/peers/deformation_transfer.py`.
 
+mod cross;
 mod exact;
 mod product;
 mod protocol;
@@ -43,7 +44,7 @@ struct Options {
 }
 
 fn main() -> Outcome<()> {
-    tracing_subscriber::fmt().with_writer(std::io::stderr).init();
+    tracing_subscriber::fmt().with_max_level(tracing::Level::WARN).with_writer(std::io::stderr).init();
     let options = Options::parse();
     let protocol = Protocol::read(&options.faces)?;
     let mean = Face::read(&options.faces, "a2_source.obj", "a2_source.pc2")?;
@@ -117,6 +118,7 @@ fn main() -> Outcome<()> {
         let each: Vec<String> = sum[1].iter().map(|value| format!("{:.3}", value / count)).collect();
         println!("| {label} | {:.3} | {:.3} | {} |", mean(0), mean(1), each.join(" | "));
     }
+    cross::print(&options.faces, &protocol, &mut finder)?;
     Ok(())
 }
 
@@ -131,6 +133,7 @@ fn rows() -> Vec<Row> {
         row(Ibug68, Copy, linear),
         row(Ibug68, TransferRule::Spline, linear),
         row(Ibug68, TransferRule::Spline, Spread::Surface),
+        row(Handles::Ibug68Points, TransferRule::Spline, Spread::Surface),
         row(Network468, Mouth, Spread::Regions(Kernel::ThinPlate)),
         row(Network468, Copy, linear),
         row(Network468, TransferRule::Spline, linear),
@@ -159,6 +162,7 @@ fn label(row: &Row) -> String {
     };
     let handles = match row.handles {
         Handles::Ibug68 => "68",
+        Handles::Ibug68Points => "68 + muscle and wrinkle points",
         Handles::Network468 => "468",
         Handles::Muscles => "468 + muscle points",
         Handles::Wrinkles => "468 + muscle and wrinkle points",

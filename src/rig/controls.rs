@@ -4,6 +4,7 @@ use nalgebra::Point3;
 
 use super::TargetFace;
 use crate::{
+    actions::Catalogue,
     anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, Lip, UPPER_INNER, eye_landmarks},
     lift::Side,
     scan::{Mesh, Surface},
@@ -100,8 +101,13 @@ impl Controls {
             }
         }
         for (point, place) in points.iter().enumerate() {
-            if let Some(place) = place {
-                controls.push(Driver::Point(point), *place, Lip::Neither);
+            // As of the landmarks: what lies on prepared lids moves as they close, and not with the skin.
+            let facts = Catalogue::get().points.get(point);
+            let on_lids = facts.is_some_and(|facts| {
+                facts.at.iter().any(|&(landmark, _)| landmark_table()[landmark].region == Region::Lids)
+            });
+            if let Some(place) = place.filter(|_| !(is_prepared && on_lids)) {
+                controls.push(Driver::Point(point), place, Lip::Neither);
             }
         }
         let reach = STILL * target.outer_canthal_distance();
