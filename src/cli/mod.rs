@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod animate;
 mod assets;
+mod author;
 mod clip;
 mod compare;
 mod inputs;
@@ -37,6 +38,7 @@ Examples:
   understudy prepare scan.obj -o avatar.glb -o look.png
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
+  understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -61,6 +63,7 @@ enum Command {
     Prepare(prepare::Prepare),
     Render(render::Render),
     Compare(compare::Compare),
+    Author(author::Author),
     Assets(assets::AssetsCommand),
 }
 
@@ -87,6 +90,7 @@ pub fn run() -> ExitCode {
         Command::Prepare(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
+        Command::Author(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

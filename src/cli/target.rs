@@ -25,7 +25,8 @@ impl ScanArgs {
     }
 }
 
-fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+/// A unit of length by its abbreviation.
+pub fn parse_unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::parse(text).ok_or_else(|| "write mm, cm, m or in".to_owned())
 }
 
