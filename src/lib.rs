@@ -18,6 +18,7 @@ pub mod actions;
 
 pub mod deform;
 
+pub mod grid;
 pub mod rig;
 
 pub mod export;

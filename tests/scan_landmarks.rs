@@ -106,9 +106,11 @@ fn schemes_by_count() {
 #[test]
 fn errors_name_the_file_and_the_way_out() {
     let folder = tempfile::tempdir().unwrap();
-    let error = read_landmarks(&folder.path().join("a.lm3")).unwrap_err().to_string();
-    assert!(error.contains("a.lm3") && error.contains(".pts"), "{error}");
+    let error = read_landmarks(&folder.path().join("a.lmk")).unwrap_err().to_string();
+    assert!(error.contains("a.lmk") && error.contains(".pts"), "{error}");
     let file = LandmarkFile::new("s", vec![Some(Point3::origin())]);
+    let error = write_landmarks(&folder.path().join("a.lm3"), &file).unwrap_err().to_string();
+    assert!(error.contains("a.lm3") && error.contains(".ljson"), "{error}");
     let error = write_landmarks(&folder.path().join("none/a.json"), &file).unwrap_err().to_string();
     assert!(error.contains("cannot write") && error.contains("a.json"), "{error}");
     let path = folder.path().join("ljson inside.json");

@@ -41,7 +41,7 @@ Outputs:
 pub struct Animate {
     #[command(flatten)]
     clip: ClipArgs,
-    /// The scan to animate: .obj, .ply, .stl, .glb or .gltf
+    /// The scan to animate: .obj, .ply, .stl, .glb, .gltf or .bnt
     #[arg(short, long, value_name = "SCAN")]
     target: PathBuf,
     #[command(flatten)]
@@ -157,7 +157,7 @@ impl Animate {
                     animation.write_pc2(path, watch, |done| bar.set_position(done))?;
                     bar.finish_and_clear();
                 }
-                Kind::Csv => animation.write_csv(path, watch)?,
+                Kind::Csv => animation.write_csv(path, &library, watch)?,
                 Kind::Glb => {
                     let bar = progress::spinner("compressing to morph targets", quiet);
                     let report = animation.write_glb(path, watch)?;

@@ -30,7 +30,7 @@ Examples:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Landmark {
-    /// Scan: .obj, .ply, .stl, .glb or .gltf
+    /// Scan: .obj, .ply, .stl, .glb, .gltf or .bnt
     scan: PathBuf,
     #[command(flatten)]
     how: ScanArgs,

@@ -11,12 +11,15 @@ macro_rules! say {
 mod animate;
 mod assets;
 mod author;
+mod average;
 mod clip;
 mod compare;
+mod express;
 mod inputs;
 mod landmark;
 mod method;
 mod prepare;
+mod preprocess;
 mod progress;
 mod render;
 mod target;
@@ -33,9 +36,12 @@ type Outcome = Result<(), Box<dyn Error>>;
 const EXAMPLES: &str = "\
 Examples:
   understudy animate clip.mp4 --target scan.obj -o avatar.mp4 -o avatar.glb
+  understudy express --target scan.obj --emotion happiness -o happy.png
   understudy track clip.mp4 -o motion.csv
   understudy landmark scan.obj -o picture.png -o scan.landmarks.json
   understudy prepare scan.obj -o avatar.glb -o look.png
+  understudy preprocess scan.obj -o grid.obj -o picture.png
+  understudy average scans/*.obj -o average.obj
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
@@ -58,9 +64,12 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Animate(Box<animate::Animate>),
+    Express(Box<express::Express>),
     Track(Box<track::Track>),
     Landmark(landmark::Landmark),
     Prepare(prepare::Prepare),
+    Preprocess(Box<preprocess::Preprocess>),
+    Average(Box<average::Average>),
     Render(render::Render),
     Compare(compare::Compare),
     Author(author::Author),
@@ -85,9 +94,12 @@ pub fn run() -> ExitCode {
         .init();
     let outcome = match cli.command {
         Command::Animate(command) => command.run(cli.quiet),
+        Command::Express(command) => command.run(cli.quiet),
         Command::Track(command) => command.run(cli.quiet),
         Command::Landmark(command) => command.run(cli.quiet),
         Command::Prepare(command) => command.run(cli.quiet),
+        Command::Preprocess(command) => command.run(cli.quiet),
+        Command::Average(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),

@@ -33,7 +33,7 @@ Outputs:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Prepare {
-    /// The scan: .obj, .ply, .stl, .glb or .gltf
+    /// The scan: .obj, .ply, .stl, .glb, .gltf or .bnt
     scan: PathBuf,
     #[command(flatten)]
     how: ScanArgs,

@@ -19,6 +19,17 @@ pub fn bar(title: &'static str, total: Option<u64>, quiet: bool) -> ProgressBar 
     bar
 }
 
+/// A bar for `total` of the things named `what`.
+pub fn count(title: &'static str, what: &str, total: u64, quiet: bool) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(total), target(quiet)).with_message(title);
+    let template = format!("{{msg:<12}} {{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style.progress_chars("━╸─"));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
 /// A sign of life for work whose steps cannot be counted.
 pub fn spinner(title: &'static str, quiet: bool) -> ProgressBar {
     let spinner = ProgressBar::with_draw_target(None, target(quiet)).with_message(title);

@@ -24,7 +24,7 @@ Examples:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Render {
-    /// Scan: .obj, .ply, .stl, .glb or .gltf
+    /// Scan: .obj, .ply, .stl, .glb, .gltf or .bnt
     scan: PathBuf,
     /// The picture to write
     #[arg(short, long, value_name = "FILE.png")]

@@ -1,6 +1,6 @@
 //! The part of the command line that every command on a scan shares.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use understudy::{
@@ -14,7 +14,7 @@ pub struct ScanArgs {
     /// The scan's unit: mm, cm, m or in; guessed from the distance of the eyes if not given
     #[arg(long, value_parser = parse_unit)]
     unit: Option<LengthUnit>,
-    /// The scan's landmarks: .json with 478, .pts or .ljson with 68 points; found by the networks if not given
+    /// The scan's landmarks: .json with 478, .pts or .ljson with 68 points, .lm3 with 22; found by the networks if not given
     #[arg(long, value_name = "FILE")]
     landmarks: Option<PathBuf>,
 }
@@ -23,9 +23,14 @@ impl ScanArgs {
     pub fn options(&self) -> TargetOptions {
         TargetOptions { unit: self.unit, landmarks: self.landmarks.clone() }
     }
+
+    /// The landmark file that is read, if any.
+    pub fn landmarks(&self) -> Option<&Path> {
+        self.landmarks.as_deref()
+    }
 }
 
-/// A unit of length by its abbreviation.
+/// A unit's name.
 pub fn parse_unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::parse(text).ok_or_else(|| "write mm, cm, m or in".to_owned())
 }

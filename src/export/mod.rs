@@ -5,6 +5,7 @@
 //! | `.mp4` | [`Mp4Writer`] | every player | the pictures, with the clip's sound | sRGB pixels; constant rate |
 //! | `.glb` | [`write_glb`] | Blender, three.js, engines | the scan and what was added to it, few morph targets ([`compress`]), motion of head and rigid parts | the scan's axes, metres, seconds |
 //! | `.pc2` | [`Pc2Writer`] | Blender's Mesh Cache | every vertex of every frame | as the caller gives them |
+//! | `.obj` | [`write_obj`], [`write_quad_obj`] | every 3D program | a mesh with its MTL and textures | the mesh's own |
 //! | `.csv` | [`MotionCsvWriter`] | pandas, spreadsheets, OpenFace scripts | landmarks and head pose | pixels; millimetres and radians in OpenCV's camera frame |
 //!
 //! All of them go through [`Draft`]. `docs/formats.md` describes them for users.
@@ -25,6 +26,7 @@ mod glb_surface;
 mod morph_basis;
 mod mp4;
 mod mp4_program;
+mod obj;
 mod pc2;
 
 pub use actions::write_library;
@@ -36,4 +38,5 @@ pub use error::ExportError;
 pub use glb::{GlbAvatar, GlbPart, MorphTarget, NodeKey, write_glb};
 pub use morph_basis::{MorphBasis, MorphBasisError, compress};
 pub use mp4::{Mp4Settings, Mp4Writer, Sound};
+pub use obj::{obj_files, write_obj, write_quad_obj};
 pub use pc2::{Pc2Reader, Pc2Writer};

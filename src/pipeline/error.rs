@@ -4,6 +4,7 @@ use crate::{
     assets::AssetError,
     capture::CaptureError,
     export::{ExportError, MorphBasisError},
+    grid::GridError,
     lift::LiftError,
     rig::RigError,
     scan::ScanError,
@@ -39,6 +40,20 @@ pub enum PipelineError {
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
+    /// A scan that cannot be gridded.
+    #[error("{scan}: {source}")]
+    Grid {
+        /// The scan.
+        scan: std::path::PathBuf,
+        /// Why.
+        source: GridError,
+    },
+    /// Scans that have no average.
+    #[error("the scans have no average: {source}")]
+    Average {
+        /// Why.
+        source: GridError,
+    },
     /// Compression to morph targets.
     #[error(transparent)]
     MorphBasis(#[from] MorphBasisError),

@@ -5,13 +5,13 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::{
-    ControlMotion, HeadMode, Motion, PipelineError, Target,
+    ControlMotion, HeadMode, PipelineError, Target,
     glb_parts::{AvatarParts, OwnMetres},
 };
 use crate::{
     capture::Timestamp,
     export::{GlbAvatar, NodeKey, compress, write_glb},
-    rig::Rig,
+    spline::Warp,
 };
 
 /// Root mean square over frames and vertices of what the morph targets leave out, millimetres.
@@ -28,29 +28,29 @@ pub struct GlbReport {
     pub worst_frame_rms: f64,
 }
 
-/// Writes the target with the take's motion. Axes are the scan's own, the unit is the metre, as glTF wants.
+/// Writes the target with its motion at `times`, spread by `warp`. Axes are the scan's own, the unit is the metre, as glTF
+/// wants.
 pub fn write_take_glb(
     path: &Path,
     target: &Target,
-    rig: &Rig,
-    motion: &Motion,
+    warp: &Warp,
+    times: &[Timestamp],
     moves: &ControlMotion,
     mode: HeadMode,
 ) -> Result<GlbReport, PipelineError> {
-    let basis = compress(&rig.warp().gram(), &moves.controls, TOLERANCE)?;
+    let basis = compress(&warp.gram(), &moves.controls, TOLERANCE)?;
     let export = OwnMetres::of(target);
-    let mut deltas = vec![[0.0_f32; 3]; rig.warp().vertices()];
+    let mut deltas = vec![[0.0_f32; 3]; warp.vertices()];
     let mut shapes = Vec::with_capacity(basis.shapes.len());
     for shape in &basis.shapes {
         let moved: Vec<[f32; 3]> =
             shape.row_iter().map(|row| [row[0] as f32, row[1] as f32, row[2] as f32]).collect();
-        rig.warp().apply(&moved, &mut deltas)?;
+        warp.apply(&moved, &mut deltas)?;
         shapes.push(deltas.iter().map(|delta| export.vector(*delta)).collect());
     }
     let names: Vec<String> = (1..=shapes.len()).map(|i| format!("motion{i:02}")).collect();
     let weights: Vec<Vec<f32>> =
         basis.weights.row_iter().map(|row| row.iter().map(|&weight| weight as f32).collect()).collect();
-    let times: Vec<Timestamp> = motion.frames.iter().map(|frame| frame.timestamp).collect();
     let heads: Vec<NodeKey> = moves.heads.iter().map(|head| export.key(head, &Point3::origin())).collect();
     let parts = AvatarParts::new(target, &export, &names, &shapes, Some(&moves.bones));
     write_glb(
@@ -59,7 +59,7 @@ pub fn write_take_glb(
             name: &target.scan.name,
             parts: &parts.glb_parts(),
             weights: &weights,
-            times: &times,
+            times,
             head: (mode == HeadMode::Follow).then_some(heads.as_slice()),
         },
     )?;

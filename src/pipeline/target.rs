@@ -229,7 +229,10 @@ fn eye_distance(landmarks: &[Option<Point3<f64>>]) -> f64 {
 }
 
 /// A landmark file's points by the network's indices.
-fn network_scheme(path: &Path, file: &LandmarkFile) -> Result<Vec<Option<Point3<f64>>>, PipelineError> {
+pub(super) fn network_scheme(
+    path: &Path,
+    file: &LandmarkFile,
+) -> Result<Vec<Option<Point3<f64>>>, PipelineError> {
     let mut points = vec![None; LANDMARK_COUNT];
     match file.points.len() {
         LANDMARK_COUNT | SKIN_LANDMARK_COUNT => points[..file.points.len()].copy_from_slice(&file.points),

@@ -1,7 +1,7 @@
 //! Landmark files: which place of a scan is which landmark, in the scan's own frame and unit.
 //!
-//! Three formats, told apart by extension: this program's own `.json`, iBUG's `.pts` and menpo's `.ljson`. Only the
-//! first keeps states and confidences. Numbers are written with up to 15 significant digits, which every reader
+//! Four formats, told apart by extension: this program's own `.json`, iBUG's `.pts`, menpo's `.ljson` and, to read
+//! only, Bosphorus' `.lm3`. Only the first keeps states and confidences. Numbers are written with up to 15 significant digits, which every reader
 //! gives back alike: writing what was read gives the same bytes.
 
 use std::io::Write as _;
@@ -12,7 +12,7 @@ use nalgebra::Point3;
 use super::error::{Fault, ScanError};
 use super::read::read_limited;
 use super::texture::folder_of;
-use super::{landmark_json, landmark_ljson, landmark_pts};
+use super::{landmark_json, landmark_ljson, landmark_lm3, landmark_pts};
 use crate::tracking::LandmarkState;
 
 /// More landmarks than this are refused.
@@ -20,7 +20,8 @@ pub const MAX_LANDMARKS: usize = 100_000;
 /// Landmark files larger than this many bytes are refused unread.
 const MAX_BYTES: u64 = 64 << 20;
 
-const EXTENSIONS: &str = ".json (understudy), .pts (iBUG), .ljson (menpo)";
+const EXTENSIONS: &str = ".json (understudy), .pts (iBUG), .ljson (menpo), .lm3 (Bosphorus)";
+const WRITTEN: &str = ".json (understudy), .pts (iBUG), .ljson (menpo)";
 
 /// Which set of landmarks a file holds; its count tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +125,8 @@ pub enum LandmarkFormat {
     Pts,
     /// menpo, versions 1 to 3 in, 3 out.
     Ljson,
+    /// Bosphorus, read only: its names carried to the network's 478.
+    Lm3,
 }
 
 impl LandmarkFormat {
@@ -133,6 +136,7 @@ impl LandmarkFormat {
             "json" => Some(Self::Json),
             "pts" => Some(Self::Pts),
             "ljson" => Some(Self::Ljson),
+            "lm3" => Some(Self::Lm3),
             _ => None,
         }
     }
@@ -142,6 +146,7 @@ impl LandmarkFormat {
             Self::Json => "landmark JSON",
             Self::Pts => "iBUG .pts",
             Self::Ljson => "menpo .ljson",
+            Self::Lm3 => "Bosphorus .lm3",
         }
     }
 }
@@ -161,11 +166,13 @@ pub fn read_landmarks_bytes(
     path: &Path,
 ) -> Result<LandmarkFile, ScanError> {
     let text = std::str::from_utf8(bytes).map_err(|e| Fault::corrupt(format!("it is not UTF-8 text: {e}")));
-    text.and_then(|text| match format {
-        LandmarkFormat::Json => landmark_json::parse(text),
-        LandmarkFormat::Pts => landmark_pts::parse(text),
-        LandmarkFormat::Ljson => landmark_ljson::parse(text),
-    })
+    match format {
+        LandmarkFormat::Json => text.and_then(landmark_json::parse),
+        LandmarkFormat::Pts => text.and_then(landmark_pts::parse),
+        LandmarkFormat::Ljson => text.and_then(landmark_ljson::parse),
+        // Its comments may be in any encoding.
+        LandmarkFormat::Lm3 => landmark_lm3::parse(&String::from_utf8_lossy(bytes)),
+    }
     .and_then(|file| file.check().map(|()| file))
     .map_err(|fault| fault.at(path, format.name()))
 }
@@ -173,12 +180,12 @@ pub fn read_landmarks_bytes(
 /// Writes `landmarks` to `path` in the format of its extension. The file is written beside and then renamed, so
 /// that a full disk or a crash leaves the old one whole.
 pub fn write_landmarks(path: &Path, landmarks: &LandmarkFile) -> Result<(), ScanError> {
-    let Some(format) = LandmarkFormat::from_path(path) else {
-        return Err(ScanError::unsupported(path, EXTENSIONS));
+    let Some(format) = LandmarkFormat::from_path(path).filter(|format| *format != LandmarkFormat::Lm3) else {
+        return Err(ScanError::unsupported(path, WRITTEN));
     };
     landmarks.check().map_err(|fault| fault.at(path, format.name()))?;
     let text = match format {
-        LandmarkFormat::Json => landmark_json::format(landmarks),
+        LandmarkFormat::Json | LandmarkFormat::Lm3 => landmark_json::format(landmarks),
         LandmarkFormat::Pts => landmark_pts::format(landmarks),
         LandmarkFormat::Ljson => landmark_ljson::format(landmarks),
     };

@@ -4,6 +4,7 @@ mod error;
 mod mesh;
 mod validate;
 
+mod bnt;
 mod glb;
 mod glb_buffers;
 mod mtl;
@@ -23,6 +24,7 @@ mod surface;
 mod landmark_file;
 mod landmark_json;
 mod landmark_ljson;
+mod landmark_lm3;
 mod landmark_pts;
 
 pub use error::ScanError;
@@ -30,6 +32,7 @@ pub use landmark_file::{
     LandmarkFile, LandmarkFormat, LandmarkScheme, MAX_LANDMARKS, read_landmarks, read_landmarks_bytes,
     write_landmarks,
 };
+pub use landmark_lm3::NAMES as BOSPHORUS_LANDMARKS;
 pub use mesh::{Material, Mesh, Texture, TextureFormat};
 pub use normals::{NormalSolver, vertex_normals};
 pub use placement::{Placement, PlacementError};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::{Fault, ScanError};
 use super::mesh::Mesh;
-use super::{glb, obj, ply, stl};
+use super::{bnt, glb, obj, ply, stl};
 
 /// Files larger than this many bytes are refused unread.
 pub const MAX_FILE_BYTES: u64 = 2 << 30;
@@ -20,11 +20,13 @@ pub enum MeshFormat {
     Stl,
     /// glTF 2.0, as `.glb` or `.gltf`.
     Gltf,
+    /// Bosphorus' range images, `.bnt`.
+    Bnt,
 }
 
 impl MeshFormat {
     /// The extensions that are read, for messages.
-    pub const EXTENSIONS: &'static str = ".obj, .ply, .stl, .glb, .gltf";
+    pub const EXTENSIONS: &'static str = ".obj, .ply, .stl, .glb, .gltf, .bnt";
 
     /// The format that the extension of `path` stands for, in either case.
     pub fn from_path(path: &Path) -> Option<Self> {
@@ -34,6 +36,7 @@ impl MeshFormat {
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
             "glb" | "gltf" => Some(Self::Gltf),
+            "bnt" => Some(Self::Bnt),
             _ => None,
         }
     }
@@ -45,6 +48,7 @@ impl MeshFormat {
             Self::Ply => "PLY",
             Self::Stl => "STL",
             Self::Gltf => "glTF",
+            Self::Bnt => "BNT",
         }
     }
 }
@@ -77,6 +81,7 @@ fn read_checked(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh, F
         MeshFormat::Ply => ply::read(bytes, path),
         MeshFormat::Stl => stl::read(bytes),
         MeshFormat::Gltf => glb::read(bytes, path),
+        MeshFormat::Bnt => bnt::read(bytes, path),
     }?;
     mesh.validate()?;
     let dropped = mesh.drop_degenerate_triangles();
