@@ -11,7 +11,7 @@ use std::{
     process::Command,
 };
 
-use common::{Run, finish, folder, james, names, obj_vertices, program};
+use common::{Run, asset, finish, folder, james, names, obj_vertices, program};
 use nalgebra::{Point3, Vector3};
 use tempfile::TempDir;
 use understudy::{
@@ -23,8 +23,9 @@ use understudy::{
 /// Reach of the smile, millimetres.
 const REACH: f64 = 15.0;
 /// How far a vector may be from the motion it was measured from, millimetres, of 7.3 at most.
-const BY_MESH: f64 = 0.0;
-const BY_SPLINE: f64 = 0.0;
+const BY_MESH: f64 = 0.4;
+const BY_SPLINE: f64 = 0.5;
+const BY_NETWORKS: f64 = 9.0;
 
 /// A folder with James' landmarks, and what a smile does to him. His scan lies in the scan frame, in millimetres.
 struct Subject {
@@ -245,16 +246,37 @@ fn a_smile_on_another_mesh_is_carried_by_the_landmark_spline() {
     let library = ActionLibrary::read(&place).unwrap();
     assert!(both_sides(&library).iter().all(|action| subject.worst(&library, action, 1.0) < BY_SPLINE));
 
-    // Without files, by what the networks find on both.
-    let found = subject.at("found.json");
-    let mut command = program();
-    command.arg("author").arg("--neutral").arg(&subject.scan).arg("--expressive").arg(&smile);
-    let run = finish(command.args(["--au", "12"]).arg("-o").arg(&found)).succeeded();
-    said(&run, &["common landmarks", "AU12R from 1 pair"]);
-    let corner = ActionLibrary::read(&found).unwrap();
-    for (action, handle) in both_sides(&corner).into_iter().zip([61, 291]) {
-        let vector = action.vectors.iter().find(|v| v.handle == handle).unwrap().vector;
-        println!("AU{} by the networks: {vector:?}", action.key);
+    // Without files, by what the networks find on both textured scans.
+    for file in ["james_mtl", "james_jpg"].map(asset) {
+        fs::copy(&file, subject.at(file.file_name().unwrap().to_str().unwrap())).unwrap();
+    }
+    let textured = fs::read_to_string(subject.moved("textured.obj", |p| subject.smile(p, 1.0))).unwrap();
+    let holed: Vec<_> = textured
+        .lines()
+        .enumerate()
+        .filter(|(k, line)| !(line.starts_with("f ") && k % 97 == 0))
+        .map(|(_, line)| line)
+        .collect();
+    let material = "mtllib ./james.obj.mtl";
+    fs::write(subject.at("textured.obj"), format!("{material}\n{}\n", holed.join("\n"))).unwrap();
+    let run = finish(
+        program()
+            .arg("author")
+            .arg("--neutral")
+            .arg(&subject.scan)
+            .arg("--expressive")
+            .arg(subject.at("textured.obj"))
+            .args(["--replace", "--au", "12", "-o"])
+            .arg(&place),
+    )
+    .succeeded();
+    said(&run, &["468 common landmarks", "AU12R from 1 pair"]);
+    let library = ActionLibrary::read(&place).unwrap();
+    for (action, corner) in both_sides(&library).into_iter().zip([61, 291]) {
+        let vector = action.vectors.iter().find(|v| v.handle == corner).unwrap().vector;
+        let off = (vector - subject.smile(subject.landmarks[corner].unwrap(), 1.0)).norm();
+        println!("AU{} by the networks: {off:.1} mm off at the corner", action.key);
+        assert!(off < BY_NETWORKS, "AU{}: {vector:?}", action.key);
     }
 }
 
@@ -277,15 +299,18 @@ fn what_cannot_be_measured_is_refused() {
     refused(&smile, "12", &subject.at("other.json"), &[], &["other.json", "understudy author"]);
     fs::write(subject.at("broken.obj"), "v 0 0 nan\n").unwrap();
     refused(&subject.at("broken.obj"), "12", &library, &[], &["broken.obj"]);
-    refused(&smile, "12", &library, &["--landmarks", "none.pts"], &["none.pts"]);
+    refused(&smile, "12", &library, &["--expressive-landmarks", "none.pts"], &["none.pts"]);
 
-    // The same expression, on one mesh and on another; and one side that does not act.
+    // The same expression elsewhere; and one side that does not act.
     let same = subject.moved("same.obj", |p| Vector3::new(1.0, 2.0, 3.0) + p.coords * 1e-5);
-    refused(&same, "12", &library, &[], &["AU12", "same"]);
+    refused(&same, "12", &library, &[], &["AU12", "same expression"]);
     refused(&same, "26", &library, &[], &["AU26", "same expression", "0.2 mm"]);
     let left = subject.moved("left.obj", |p| subject.pull(291, p, 1.0));
-    refused(&left, "12", &library, &[], &["AU12R", "--au 12L"]);
-    finish(&mut subject.author(&left, "12L", &subject.at("left.json"), &[])).succeeded();
+    let place = subject.at("left.json");
+    let run = finish(&mut subject.author(&left, "12", &place, &[])).succeeded();
+    run.warned(&["the side of AU12R moves", "--au 12L"]);
+    let run = finish(&mut subject.author(&left, "12L", &place, &["--replace"])).succeeded();
+    assert!(!run.stderr.contains("12R"), "{}", run.stderr);
 
     // Landmarks that carry nothing.
     let shuffled = subject.shuffled("shuffled.obj", |p| subject.smile(p, 1.0));

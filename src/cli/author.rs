@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use understudy::{
     actions::{ActionKey, ActionLibrary, Catalogue, Expressive, Measured, measure},
     assets::Assets,
     export::{Draft, write_library},
+    lift::Side,
     pipeline::{Networks, Target, TargetOptions},
-    scan::{LengthUnit, Placement, Scan},
+    scan::{LengthUnit, Placement, Scan, read_landmarks},
     tracking::TrackerOptions,
     view::Gpu,
 };
@@ -35,6 +36,10 @@ points between, and by their surfaces.";
 const SAME_PERSON: f64 = 0.2;
 /// Shorter vectors than this, millimetres, are no expression.
 const LEAST: f64 = 0.2;
+/// So far from the midline of the average face a handle belongs to one side, millimetres.
+const MIDDLE: f64 = 16.0;
+/// A side that moves less than this share of the other hardly acts.
+const HARDLY: f64 = 0.25;
 
 /// Measure an action unit from a neutral and an expressive scan of one face
 #[derive(Args)]
@@ -70,7 +75,10 @@ impl Author {
     pub fn run(&self, quiet: bool) -> Outcome {
         let keys = ActionKey::parse(&self.au)?;
         let mut library = self.library()?;
-        // A scan that cannot be read is refused before anything is looked at.
+        // What cannot be read is refused before anything is looked at.
+        for path in self.landmarks.iter().chain(&self.expressive_landmarks) {
+            read_landmarks(path)?;
+        }
         let expressive = Scan::read(&self.expressive, Placement::identity())?;
         let (neutral, measured) = self.measured(expressive, quiet)?;
         if !quiet {
@@ -78,13 +86,16 @@ impl Author {
         }
         let whole = measured.on_average(&library)?;
         let source = format!("{} to {}", stem(&self.neutral), stem(&self.expressive));
+        if keys.len() > 1 {
+            warn_of_one_side(&keys, &whole, &library);
+        }
         for key in &keys {
             let vectors = match key.side {
                 Some(side) => Measured::half(&whole, &library.face, side),
                 None => whole.clone(),
             };
             if longest(&vectors).is_none_or(|(_, length)| length < LEAST) {
-                return Err(self.shows_nothing(&keys, *key).into());
+                return Err(self.shows_nothing(*key).into());
             }
             if self.replace {
                 library.actions.retain(|action| action.key != *key);
@@ -155,6 +166,12 @@ impl Author {
             && expressive.mesh.positions.len() == neutral.mesh().positions.len()
         {
             // One mesh: the neutral's landmarks and unit serve both.
+            if let Some(path) = &self.expressive_landmarks {
+                tracing::warn!(
+                    "{} is not needed: the mesh that both scans share carries the points",
+                    path.display()
+                );
+            }
             let expressive = expressive.replaced(neutral.scan.placement);
             let Scan { mesh, .. } = &expressive;
             measure(at_rest, &Expressive { mesh, surface: &neutral.surface, landmarks: &neutral.landmarks })?
@@ -176,18 +193,36 @@ impl Author {
         Ok((neutral, measured))
     }
 
-    fn shows_nothing(&self, keys: &[ActionKey], key: ActionKey) -> String {
-        let [neutral, expressive] = [&self.neutral, &self.expressive].map(|path| path.display());
-        if keys.len() > 1 {
-            return format!(
-                "{neutral} and {expressive} show the same on the side of AU{key}. Write the side that acts: --au {}",
-                keys.iter().filter(|other| **other != key).map(ToString::to_string).collect::<String>()
+    fn shows_nothing(&self, key: ActionKey) -> String {
+        format!(
+            "{} and {} show the same expression: nothing that AU{key} could move differs by {LEAST} mm. Give a scan on \
+             which the action is at its strongest",
+            self.neutral.display(),
+            self.expressive.display()
+        )
+    }
+}
+
+/// Warns where an action of both sides was asked for and one side hardly acts.
+fn warn_of_one_side(keys: &[ActionKey], vectors: &[Option<Vector3<f64>>], library: &ActionLibrary) {
+    let motion = |key: &ActionKey| {
+        let own = |(vector, place): (&Option<Vector3<f64>>, &Point3<f64>)| {
+            let outwards = if key.side == Some(Side::Left) { place.x } else { -place.x };
+            vector.filter(|_| outwards > MIDDLE)
+        };
+        let own: Vec<_> = vectors.iter().zip(&library.face).map(own).collect();
+        longest(&own).map_or(0.0, |(_, length)| length)
+    };
+    let most = keys.iter().map(motion).fold(0.0, f64::max);
+    for key in keys {
+        let length = motion(key);
+        if length < most * HARDLY {
+            tracing::warn!(
+                "the side of AU{key} moves {length:.1} mm at most, the other {most:.1} mm; where one side acts alone, \
+                 write it, as in --au {}",
+                keys.iter().filter(|other| *other != key).map(ToString::to_string).collect::<String>()
             );
         }
-        format!(
-            "{neutral} and {expressive} show the same expression: nothing that AU{key} could move differs by {LEAST} mm. \
-             Give a scan on which the action is at its strongest"
-        )
     }
 }
 
