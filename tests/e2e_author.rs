@@ -25,7 +25,8 @@ const REACH: f64 = 15.0;
 /// How far a vector may be from the motion it was measured from, millimetres, of 7.3 at most.
 const BY_MESH: f64 = 0.4;
 const BY_SPLINE: f64 = 0.5;
-const BY_NETWORKS: f64 = 9.0;
+/// At a corner of the mouth, where the networks look at two pictures.
+const BY_NETWORKS: f64 = 4.5;
 
 /// A folder with James' landmarks, and what a smile does to him. His scan lies in the scan frame, in millimetres.
 struct Subject {
@@ -270,7 +271,8 @@ fn a_smile_on_another_mesh_is_carried_by_the_landmark_spline() {
             .arg(&place),
     )
     .succeeded();
-    said(&run, &["468 common landmarks", "AU12R from 1 pair"]);
+    said(&run, &["common landmarks", "AU12R from 1 pair"]);
+    run.warned(&["as no expression does"]);
     let library = ActionLibrary::read(&place).unwrap();
     for (action, corner) in both_sides(&library).into_iter().zip([61, 291]) {
         let vector = action.vectors.iter().find(|v| v.handle == corner).unwrap().vector;

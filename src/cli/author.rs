@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::{Point3, Vector3};
 use understudy::{
-    actions::{ActionKey, ActionLibrary, Catalogue, Expressive, Measured, measure},
+    actions::{ActionKey, ActionLibrary, Catalogue, Expressive, Measured, measure, stray_landmarks},
     assets::Assets,
     export::{Draft, write_library},
     lift::Side,
@@ -188,7 +188,20 @@ impl Author {
                 .into());
             }
             let (mesh, surface) = (other.mesh(), &other.surface);
-            measure(at_rest, &Expressive { mesh, surface, landmarks: &other.landmarks })?
+            let mut landmarks = other.landmarks.clone();
+            // Those of files are taken at their word.
+            if self.landmarks.is_none() || self.expressive_landmarks.is_none() {
+                let strays = stray_landmarks(&neutral.landmarks, &landmarks);
+                if !strays.is_empty() {
+                    tracing::warn!(
+                        "landmarks {} move as no expression does and are left out; files of landmarks are taken as they \
+                         are",
+                        ranges(&strays)
+                    );
+                }
+                strays.iter().for_each(|&i| landmarks[i] = None);
+            }
+            measure(at_rest, &Expressive { mesh, surface, landmarks: &landmarks })?
         };
         Ok((neutral, measured))
     }
