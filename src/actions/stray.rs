@@ -1,19 +1,21 @@
 //! Landmarks that were found in a wrong place on one scan of a pair.
 //!
 //! The networks' landmarks are cast onto the surface, and a ray that meets a hole lands on the far side of the head: one
-//! landmark then moves by centimetres and none beside it does. Skin moves with its neighbourhood, lips and lids included,
-//! which have neighbours on their own rim. Where a
+//! landmark then moves by centimetres and none beside it does. Skin moves with its neighbourhood, lids included, which have
+//! neighbours on their own rim; lips that part move with the rest of their own lip. Where a
 //! whole neighbourhood is lost, as a nose's wing seen past its edge, what expressions do at most tells.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::{
     head::rotation_between,
-    tracking::{SKIN_LANDMARK_COUNT, landmark_table},
+    tracking::{Region, SKIN_LANDMARK_COUNT, landmark_table},
 };
 
 /// How many of the nearest landmarks are asked.
 const NEIGHBOURS: usize = 8;
+/// Of lips, which lie on each other at rest and part: so many of the nearest landmarks of both lips.
+const LIP_NEIGHBOURS: usize = 32;
 /// So many of them move alike, where a landmark is right. Two that fall through one hole support each other.
 const SUPPORT: usize = 2;
 /// Motions alike differ by this at most, millimetres…
@@ -69,12 +71,16 @@ fn unsupported(common: &[(usize, Vector3<f64>, Vector3<f64>)]) -> Vec<usize> {
         if motions[*at].norm() > BEYOND * most(common[*at].0) + ALLOWANCE {
             return true;
         }
-        let mut others: Vec<usize> = (0..rest.len()).filter(|other| other != at).collect();
+        let is_lip = |at: usize| landmark_table()[common[at].0].region == Region::Lips;
+        let lip = is_lip(*at);
+        let asked = |other: &usize| other != at && (!lip || is_lip(*other));
+        let mut others: Vec<usize> = (0..rest.len()).filter(asked).collect();
         let distance = |other: &usize| (rest[*other] - rest[*at]).norm_squared();
         others.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
         let reach = ALIKE.max(SHARE * motions[*at].norm());
         let alike = |other: &&usize| (motions[**other] - motions[*at]).norm() < reach;
-        others.iter().take(NEIGHBOURS).filter(alike).count() < SUPPORT
+        let count = if lip { LIP_NEIGHBOURS } else { NEIGHBOURS };
+        others.iter().take(count).filter(alike).count() < SUPPORT
     };
     (0..rest.len()).filter(is_stray).map(|at| common[at].0).collect()
 }
