@@ -155,6 +155,21 @@ impl Measured {
         Ok(self.places.iter().zip(&self.vectors).map(|(p, v)| Some(bend.jacobian(&(*p)?) * (*v)?)).collect())
     }
 
+    /// How far an action of one side, or of both, closes the right and the left eye. What is too little to be told from
+    /// the landmarks' own noise is 0.
+    pub fn closure_of(&self, side: Option<Side>) -> [f64; 2] {
+        /// Share of the open eye.
+        const NOISE: f64 = 0.03;
+        /// As wide as eyes open.
+        const WIDEST: f64 = -0.4;
+        let own = |eye: usize| {
+            let closure = self.closure[eye];
+            let other = side.is_some_and(|side| Side::BOTH[eye] != side);
+            if other || closure.abs() < NOISE { 0.0 } else { closure.clamp(WIDEST, 1.0) }
+        };
+        [own(0), own(1)]
+    }
+
     /// The vectors that belong to one side: all of that half, none of the other, and half and half on the midline.
     /// `places` are the library's.
     pub fn half(
@@ -245,6 +260,97 @@ fn closures(places: &[Option<Point3<f64>>], vectors: &[Option<Vector3<f64>>]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// How far a vector may be from what moved the surface, millimetres: what a mesh of 4 mm rounds off, and what the
+    /// spline guesses between landmarks besides.
+    const BY_MESH: f64 = 0.15;
+    const BY_SPLINE: f64 = 0.5;
+
+    /// A face-sized dome with the average face's landmarks on it.
+    fn dome(step: f64, moved: impl Fn(Point3<f64>) -> Point3<f64>) -> (Mesh, Surface) {
+        let count = (240.0 / step) as u32;
+        let at = |i: u32, j: u32| {
+            let (x, y) = (f64::from(i) * step - 120.0, f64::from(j) * step - 120.0);
+            moved(Point3::new(x, y, -(x * x + 0.6 * y * y) / 150.0))
+        };
+        let positions = (0..=count).flat_map(|j| (0..=count).map(move |i| (i, j))).map(|(i, j)| at(i, j));
+        let corner = |i: u32, j: u32| j * (count + 1) + i;
+        let triangles = (0..count).flat_map(|j| (0..count).map(move |i| (i, j))).flat_map(|(i, j)| {
+            let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        let mesh = Mesh { positions: positions.collect(), triangles: triangles.collect(), ..Mesh::default() };
+        let surface = Surface::new(&mesh).unwrap();
+        (mesh, surface)
+    }
+
+    /// A smile of up to 7 mm about the corners of the average face's mouth.
+    fn smile(p: Point3<f64>) -> Vector3<f64> {
+        let face = &ActionLibrary::built_in().face;
+        let pull = |corner: usize, way: Vector3<f64>| {
+            let to = p - face[corner];
+            way * (-(to.x * to.x + to.y * to.y) / 450.0).exp()
+        };
+        pull(61, Vector3::new(-5.0, 4.0, 1.0)) + pull(291, Vector3::new(5.0, 4.0, 1.0))
+    }
+
+    /// Farthest that a vector is from the smile at its place, millimetres.
+    fn worst(measured: &Measured) -> f64 {
+        let off =
+            |(p, v): (&Option<Point3<f64>>, &Option<Vector3<f64>>)| (v.unwrap() - smile(p.unwrap())).norm();
+        measured.places.iter().zip(&measured.vectors).map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn one_mesh_carries_every_point_and_another_does_so_by_the_spline() {
+        let (neutral, surface) = dome(4.0, |p| p);
+        let face = &ActionLibrary::built_in().face[..SKIN_LANDMARK_COUNT];
+        let mut landmarks: Vec<_> = face
+            .iter()
+            .map(|p| surface.cast(Point3::new(p.x, p.y, 200.0), -Vector3::z()).map(|hit| hit.position))
+            .collect();
+        let turn = Rotation3::from_euler_angles(0.04, -0.06, 0.02);
+        let posed = |p: Point3<f64>| turn * (p + smile(p)) + Vector3::new(2.0, -3.0, 5.0);
+
+        let (mesh, other) = dome(4.0, posed);
+        let at_rest = (&neutral, &surface, landmarks.as_slice());
+        let expressive = Expressive { mesh: &mesh, surface: &other, landmarks: &[] };
+        let measured = measure(at_rest, &expressive).unwrap();
+        assert!(measured.by_mesh && measured.missing.is_empty());
+        assert!(worst(&measured) < BY_MESH, "{}", worst(&measured));
+
+        let (mesh, other) = dome(3.1, posed);
+        let mut moved: Vec<_> = landmarks.iter().map(|p| p.map(posed)).collect();
+        let expressive = Expressive { mesh: &mesh, surface: &other, landmarks: &moved };
+        let measured = measure(at_rest, &expressive).unwrap();
+        assert!(!measured.by_mesh && measured.missing.is_empty());
+        assert!(worst(&measured) < BY_SPLINE, "{}", worst(&measured));
+
+        (landmarks[10], moved[152], moved[0]) = (None, None, None);
+        let expressive = Expressive { mesh: &mesh, surface: &other, landmarks: &moved };
+        let measured = measure((&neutral, &surface, &landmarks), &expressive).unwrap();
+        assert_eq!(measured.missing, [0, 10, 152]);
+        assert!([0, 10, 152].iter().all(|&i| measured.vectors[i].is_none()));
+
+        moved.fill(None);
+        let expressive = Expressive { mesh: &mesh, surface: &other, landmarks: &moved };
+        let few = measure((&neutral, &surface, &landmarks), &expressive).unwrap_err();
+        assert!(matches!(few, ActionError::TooFewLandmarks { found: 0, .. }));
+    }
+
+    #[test]
+    fn closures_go_to_the_side_that_acts() {
+        let measured = Measured {
+            places: Vec::new(),
+            vectors: Vec::new(),
+            closure: [0.9, -0.02],
+            by_mesh: true,
+            missing: Vec::new(),
+        };
+        assert_eq!(measured.closure_of(None), [0.9, 0.0]);
+        assert_eq!(measured.closure_of(Some(Side::Right)), [0.9, 0.0]);
+        assert_eq!(measured.closure_of(Some(Side::Left)), [0.0, 0.0]);
+    }
 
     #[test]
     fn halves_add_up_to_the_whole() {

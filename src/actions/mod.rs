@@ -13,6 +13,7 @@ mod merge;
 mod score;
 mod score_lines;
 mod score_read;
+mod stray;
 mod unit;
 mod weights;
 
@@ -22,5 +23,6 @@ pub use error::ActionError;
 pub use library::{Action, ActionLibrary, ActionVector};
 pub use merge::{MOST_PULLS, Merge, merge};
 pub use score::Score;
+pub use stray::stray_landmarks;
 pub use unit::ActionKey;
 pub use weights::ActionWeights;

@@ -14,3 +14,8 @@ pub fn spare(output: &Path, inputs: &[&Path]) -> Result<(), String> {
         )),
     }
 }
+
+/// Whether two paths lead to one file.
+pub fn same(one: &Path, other: &Path) -> bool {
+    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
+}

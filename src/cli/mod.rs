@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod animate;
 mod assets;
+mod author;
 mod average;
 mod clip;
 mod compare;
@@ -43,6 +44,7 @@ Examples:
   understudy average scans/*.obj -o average.obj
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
+  understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -70,6 +72,7 @@ enum Command {
     Average(Box<average::Average>),
     Render(render::Render),
     Compare(compare::Compare),
+    Author(author::Author),
     Assets(assets::AssetsCommand),
 }
 
@@ -99,6 +102,7 @@ pub fn run() -> ExitCode {
         Command::Average(command) => command.run(cli.quiet),
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
+        Command::Author(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

@@ -55,7 +55,8 @@ impl Opened {
     }
 
     pub fn puppet(&self) -> Puppet {
-        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, Method::default()).unwrap()
+        let warp = Method::default().warp;
+        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, &[], warp).unwrap()
     }
 
     pub fn part(&self, kind: PartKind) -> Option<&Part> {
