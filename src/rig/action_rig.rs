@@ -9,7 +9,7 @@ use crate::{
     actions::{ActionError, ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
     anatomy::Anatomy,
     head::rotation_between,
-    lift::{EyeState, Eyes},
+    lift::{EyeState, Eyes, Side},
     scan::Surface,
     tracking::landmark_table,
 };
@@ -52,6 +52,13 @@ impl ActionRig {
             let mut vectors = vec![Vector3::zeros(); library.face.len()];
             for moved in &action.vectors {
                 vectors[moved.handle] = moved.vector;
+            }
+            // Lids that can close do it by themselves: what a blink does to the skin is not done twice.
+            for (side, closure) in Side::BOTH.into_iter().zip(action.closure) {
+                let blink = library.actions.iter().find(|other| other.key == blink(side));
+                for moved in blink.iter().filter(|_| anatomy.eye(side).is_some()).flat_map(|b| &b.vectors) {
+                    vectors[moved.handle] -= moved.vector * closure.clamp(0.0, 1.0);
+                }
             }
             Dense { key: action.key, closure: action.closure, vectors }
         });
@@ -151,6 +158,11 @@ impl ActionRig {
     fn action(&self, key: ActionKey) -> Option<&Dense> {
         self.actions.binary_search_by_key(&key, |action| action.key).ok().map(|at| &self.actions[at])
     }
+}
+
+/// AU45 on one side.
+fn blink(side: Side) -> ActionKey {
+    ActionKey { au: 45, side: Some(side) }
 }
 
 /// A target seen as a library's face is: turned by the rotation between the landmarks of both that hardly move.
