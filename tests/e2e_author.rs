@@ -85,7 +85,7 @@ impl Subject {
     fn shuffled(&self, name: &str, by: impl Fn(Point3<f64>) -> Vector3<f64>) -> PathBuf {
         let mesh = read_mesh(&self.scan).unwrap();
         let count = mesh.positions.len();
-        let stride = (1000..).find(|stride| gcd(*stride, count) == 1).unwrap();
+        let stride = (1000..2000).find(|stride| gcd(*stride, count) == 1).unwrap();
         let mut text = String::new();
         for k in 0..count {
             let p = mesh.positions[k * stride % count];

@@ -2,8 +2,8 @@
 //!
 //! The networks' landmarks are cast onto the surface, and a ray that meets a hole lands on the far side of the head: one
 //! landmark then moves by centimetres and none beside it does. Skin moves with its neighbourhood, lids included, which have
-//! neighbours on their own rim; lips that part move with the rest of their own lip. Where a
-//! whole neighbourhood is lost, as a nose's wing seen past its edge, what expressions do at most tells.
+//! neighbours on their own rim; lips that part move with the rest of their own lip. Where a whole neighbourhood is lost, as
+//! a nose's wing seen past its edge, what expressions do at most tells.
 
 use nalgebra::{Point3, Vector3};
 

@@ -52,7 +52,8 @@ impl ActionWeights {
         };
         for au in &Catalogue::get().emotion(name)?.actions {
             for key in ActionKey::parse(&au.to_string())? {
-                if !(self.of(key) > magnitude) {
+                // What is not a number is refused by `set`.
+                if magnitude.is_nan() || self.of(key) <= magnitude {
                     self.set(key, magnitude)?;
                 }
             }

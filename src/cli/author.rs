@@ -199,7 +199,9 @@ impl Author {
                         ranges(&strays)
                     );
                 }
-                strays.iter().for_each(|&i| landmarks[i] = None);
+                for &i in &strays {
+                    landmarks[i] = None;
+                }
             }
             measure(at_rest, &Expressive { mesh, surface, landmarks: &landmarks })?
         };
