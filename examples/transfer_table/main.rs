@@ -18,6 +18,7 @@ use understudy::{
     assets::Assets,
     pipeline::Networks,
     rig::{Method, TransferRule, WarpKind},
+    scan::Mesh,
     spline::Kernel,
     tracking::TrackerOptions,
     view::Gpu,
@@ -57,54 +58,34 @@ fn main() -> Outcome<()> {
         [vec![0.0; protocol.expressions.len()], vec![0.0; protocol.expressions.len()]];
         rows.len() + 2 + PRODUCT.len()
     ];
-    let mut count = 0.0;
+    let mut counts = vec![0.0; sums.len()];
     let chosen = protocol.cases.iter().filter(|case| options.all || case.unseen).take(options.cases);
     for facts in chosen {
         let case = Case::read(&options.faces, facts)?;
-        let mut results = exact::errors(&protocol, &case, &mean, &rows)?;
-        results.push(peers(&protocol, &case, &mean, |_, source| Ok(source.motions.clone()))?);
-        results.push(peers(&protocol, &case, &mean, |task, _| {
+        let mut results: Vec<_> =
+            exact::errors(&protocol, &case, &mean, &rows)?.into_iter().map(Some).collect();
+        results.push(Some(peers(&protocol, &case, &mean, |_, source| Ok(source.motions.clone()))?));
+        results.push(Some(peers(&protocol, &case, &mean, |task, _| {
             let name = format!("a{}_deformation_transfer.pc2", task + 1);
             motions(&options.faces.join(&case.name).join(name), &case.target.mesh)
-        })?);
+        })?));
         for (found, method) in PRODUCT {
-            let target = if found {
-                let Some(landmarks) = finder.find(&protocol, &case.target.mesh)? else {
-                    eprintln!("{}: no face found on the target", case.name);
-                    continue;
-                };
-                landmarks
-            } else {
-                product::known(&protocol, &case.target.mesh)
-            };
-            let mut of_tasks = [Vec::new(), Vec::new()];
-            for (task, source) in [&case.a1, &mean].into_iter().enumerate() {
-                let landmarks = if found {
-                    finder.find(&protocol, &source.mesh)?.ok_or("no face found on a source")?
-                } else {
-                    product::known(&protocol, &source.mesh)
-                };
-                let library = product::library(source, &landmarks, ActionLibrary::built_in())?;
-                let moved = product::carried(&library, &case.target.mesh, &target, method)?;
-                for (found, truth) in moved.iter().zip(&case.target.motions) {
-                    of_tasks[task].push(error(found, truth, &protocol.evaluation_mask));
-                }
-            }
-            results.push(of_tasks);
+            results.push(as_program(&protocol, &case, &mean, &mut finder, found, method)?);
         }
-        for (sum, result) in sums.iter_mut().zip(&results) {
+        for ((sum, result), count) in sums.iter_mut().zip(&results).zip(&mut counts) {
+            let Some(result) = result else { continue };
+            *count += 1.0;
             for task in 0..2 {
                 for (sum, value) in sum[task].iter_mut().zip(&result[task]) {
                     *sum += value;
                 }
             }
         }
-        count += 1.0;
         eprintln!("{}", case.name);
     }
     let names: Vec<&str> = protocol.expressions.iter().map(|e| e.name.as_str()).collect();
-    println!("| handles | rule | warp | A1 | A2 | A2: {} |", names.join(" | "));
-    println!("|---|---|---|---:|---:|{}", "---:|".repeat(names.len()));
+    println!("| handles | rule | warp | cases | A1 | A2 | A2: {} |", names.join(" | "));
+    println!("|---|---|---|---:|---:|---:|{}", "---:|".repeat(names.len()));
     let labels = rows
         .iter()
         .map(label)
@@ -113,13 +94,38 @@ fn main() -> Outcome<()> {
             let landmarks = if *found { "found by the networks" } else { "known" };
             format!("the program, landmarks {landmarks} | {:?} | {:?}", method.rule, method.warp)
         }));
-    for (label, sum) in labels.zip(&sums) {
+    for ((label, sum), count) in labels.zip(&sums).zip(&counts) {
         let mean = |task: usize| sum[task].iter().sum::<f64>() / count / names.len() as f64;
         let each: Vec<String> = sum[1].iter().map(|value| format!("{:.3}", value / count)).collect();
-        println!("| {label} | {:.3} | {:.3} | {} |", mean(0), mean(1), each.join(" | "));
+        println!("| {label} | {count} | {:.3} | {:.3} | {} |", mean(0), mean(1), each.join(" | "));
     }
     cross::print(&options.faces, &protocol, &mut finder)?;
     Ok(())
+}
+
+/// Errors of the program itself; `None` where the networks find no face, or one that is not there.
+fn as_program(
+    protocol: &Protocol,
+    case: &Case,
+    mean: &Face,
+    finder: &mut product::Finder<'_>,
+    found: bool,
+    method: Method,
+) -> Outcome<Option<[Vec<f64>; 2]>> {
+    let mut landmarks = |mesh: &Mesh| {
+        if found { finder.find(protocol, mesh) } else { Ok(Some(product::known(protocol, mesh))) }
+    };
+    let Some(on_target) = landmarks(&case.target.mesh)? else { return Ok(None) };
+    let mut of_tasks = [Vec::new(), Vec::new()];
+    for (task, source) in [&case.a1, mean].into_iter().enumerate() {
+        let Some(on_source) = landmarks(&source.mesh)? else { return Ok(None) };
+        let library = product::library(source, &on_source, ActionLibrary::built_in())?;
+        let moved = product::carried(&library, &case.target.mesh, &on_target, method)?;
+        for (found, truth) in moved.iter().zip(&case.target.motions) {
+            of_tasks[task].push(error(found, truth, &protocol.evaluation_mask));
+        }
+    }
+    Ok(Some(of_tasks))
 }
 
 fn rows() -> Vec<Row> {

@@ -43,7 +43,11 @@ impl Finder<'_> {
         let Ok(target) = loaded else { return Ok(None) };
         let surface = Surface::new(mesh)?;
         let own = |p: &Point3<f64>| Some(surface.nearest(target.scan.placement.to_own(*p))?.position);
-        Ok(Some(target.landmarks.iter().map(|p| own(p.as_ref()?)).collect()))
+        let landmarks: Landmarks = target.landmarks.iter().map(|p| own(p.as_ref()?)).collect();
+        // A face found in a cheek is none.
+        let eyes = |of: &Landmarks| of[33].zip(of[263]).map_or(0.0, |(a, b)| (a - b).norm());
+        let wrong = (eyes(&landmarks) / eyes(&known(protocol, mesh)) - 1.0).abs();
+        Ok(Some(landmarks).filter(|_| wrong < 0.2))
     }
 }
 

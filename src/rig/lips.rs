@@ -7,6 +7,8 @@ use crate::anatomy::{INNER_CORNERS, LOWER_INNER, Mouth, OUTER_CORNERS, UPPER_INN
 
 /// Stations: the right inner corner, nine pairs, the left inner corner.
 const STATIONS: usize = UPPER_INNER.len() + 2;
+/// The pair next to the left corner.
+const LAST: usize = UPPER_INNER.len() - 1;
 /// A performer whose lips are shut shows at most this gap, outer canthal distances; the network never sees none.
 const SHUT: f64 = 0.035;
 /// This much more than the neutral's widest gap still counts as closed, as a factor and in outer canthal distances.
@@ -28,6 +30,8 @@ pub struct LipDrive {
     pairs: [[Point3<f64>; 2]; UPPER_INNER.len()],
     /// The source's gaps that count as closed, millimetres.
     closed: [f64; UPPER_INNER.len()],
+    /// Whether the source's displacements are made up of actions, and not seen together.
+    added_up: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -73,6 +77,7 @@ impl LipDrive {
             ratio: target.distance(OUTER_CORNERS[0], OUTER_CORNERS[1]) / width.max(f64::MIN_POSITIVE),
             pairs,
             closed,
+            added_up: source.has_depth,
         }
     }
 
@@ -84,11 +89,18 @@ impl LipDrive {
     /// The gap that a pair of the source's inner lips asks of the target, millimetres, when its landmarks are displaced by
     /// `vectors`.
     pub fn wanted_gap(&self, pair: usize, vectors: &[Vector3<f64>]) -> f64 {
-        let [u, l] = self.pairs[pair];
-        let upper = u + vectors[UPPER_INNER[pair]];
-        let lower = l + vectors[LOWER_INNER[pair]];
-        let gap = (upper - lower).dot(&self.up_source);
-        self.ratio * parted(gap, self.closed[pair])
+        let gap = |pair: usize| {
+            let [u, l] = self.pairs[pair];
+            let upper = u + vectors[UPPER_INNER[pair]];
+            let lower = l + vectors[LOWER_INNER[pair]];
+            self.ratio * parted((upper - lower).dot(&self.up_source), self.closed[pair])
+        };
+        // Added up, what actions do to the corners may part them where the middle is shut; lips part like a lens.
+        match pair {
+            0 if self.added_up => gap(0).min(gap(1)),
+            LAST if self.added_up => gap(LAST).min(gap(LAST - 1)),
+            _ => gap(pair),
+        }
     }
 
     /// What the stations want in one frame.
