@@ -155,7 +155,7 @@ impl Measured {
             .iter()
             .zip(places)
             .map(|(vector, place)| {
-                let left = ((place.x / FADE + 1.0) / 2.0).clamp(0.0, 1.0);
+                let left = f64::midpoint(place.x / FADE, 1.0).clamp(0.0, 1.0);
                 let share = if side == Side::Left { left } else { 1.0 - left };
                 vector.map(|vector| vector * (share * share * (3.0 - 2.0 * share)))
             })

@@ -47,7 +47,7 @@ impl ActionWeights {
         };
         for au in &Catalogue::get().emotion(name)?.actions {
             for key in ActionKey::parse(&au.to_string())? {
-                if !(self.of(key) > magnitude) {
+                if magnitude.is_nan() || self.of(key) <= magnitude {
                     self.set(key, magnitude)?;
                 }
             }
