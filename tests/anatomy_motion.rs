@@ -19,7 +19,7 @@ use understudy::{
         ON_JAW, UPPER_INNER,
     },
     lift::{Expression, Eyes},
-    rig::{AvatarFrame, Method, Transfer},
+    rig::{AvatarFrame, SourceFace, Transfer, TransferRule},
     tracking::index,
 };
 
@@ -179,13 +179,14 @@ fn the_corners_of_the_mouth_stay_shut() {
         let rims = &mouth(acting).rims;
         assert_eq!([rims[0].first(), rims[0].last()], [rims[1].first(), rims[1].last()]);
     }
-    let transfer = Transfer::new(&CLIP.performer, &JAMES.face, Method::default()).unwrap();
+    let transfer =
+        Transfer::new(&SourceFace::performer(&CLIP.performer), &JAMES.face, TransferRule::default()).unwrap();
     let (rim, rest) = (&mouth(&JAMES).rims[0], &JAMES.opened.anatomy.mesh.positions);
     for frame in CLIP.frames.iter().step_by(STEP) {
         let posed = points(&JAMES.posed(&frame.expression).positions);
         for (vertex, corner) in [rim[0], rim[rim.len() - 1]].into_iter().zip(INNER_CORNERS) {
             let found = posed[vertex as usize] - rest[vertex as usize];
-            let wanted = transfer.displacement(corner, &frame.expression.displacements);
+            let wanted = transfer.vector(corner, &frame.expression.displacements.vectors[corner]);
             assert!((found - wanted).norm() < 0.01, "frame {}: {found} for {wanted}", frame.index);
         }
     }

@@ -62,7 +62,7 @@ impl Acting {
 
     /// The gaps that a performer's inner lips ask for, millimetres.
     pub fn wanted_gaps(&self, displacements: &Displacements) -> [f64; 9] {
-        std::array::from_fn(|pair| self.lips().wanted_gap(pair, displacements))
+        std::array::from_fn(|pair| self.lips().wanted_gap(pair, &displacements.vectors))
     }
 }
 
