@@ -13,7 +13,7 @@ use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 use understudy::{
     actions::{ActionFacts, ActionKey, ActionLibrary, Catalogue, Measured, measure_moved},
-    anatomy::eye_landmarks,
+    anatomy::{SidedSkin, eye_landmarks},
     assets::Assets,
     export::{Pc2Reader, write_library},
     lift::Side,
@@ -75,12 +75,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             faces.ict_landmarks.iter().map(|&v| mesh.positions.get(v).copied()).collect()
         };
         let mut shapes = Pc2Reader::open(&options.faces.join(format!("{}.pc2", face.name)))?;
+        let skin = SidedSkin::of_scan(&mesh, &surface, &landmarks).ok_or("a face without triangles")?;
         let mut measured = Vec::new();
         let mut sample = Vec::new();
         for index in 0..face.shapes.len() {
             shapes.read_sample(index, &mut sample)?;
             let moved: Vec<_> = sample.iter().map(|p| Point3::from(p.map(f64::from))).collect();
-            measured.push(measure_moved(&surface, &landmarks, &moved));
+            measured.push(measure_moved(&surface, &skin, &landmarks, &moved));
         }
         let Some(library) = &mut library else {
             // The first face is the average one; its own expressions are those of the others and are not counted again.

@@ -92,6 +92,7 @@ fn landmarks(frame: u64) -> Vec<[f64; 3]> {
 
 fn row(frame: u64, landmarks: &[[f64; 3]]) -> MotionRow<'_> {
     MotionRow {
+        actions: &[],
         frame,
         timestamp: RATE.tick(frame - 1),
         confidence: 0.987_65,
@@ -109,7 +110,7 @@ fn row(frame: u64, landmarks: &[[f64; 3]]) -> MotionRow<'_> {
 fn a_motion_table_comes_back_to_the_printed_decimals() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("motion.csv");
-    let mut writer = MotionCsvWriter::create(&path, 478).unwrap();
+    let mut writer = MotionCsvWriter::create(&path, 478, &[]).unwrap();
     for frame in 1..=20 {
         writer.write_row(&row(frame, &landmarks(frame))).unwrap();
     }
@@ -141,7 +142,7 @@ fn a_motion_table_comes_back_to_the_printed_decimals() {
 fn what_is_absent_is_an_empty_cell() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("motion.csv");
-    let mut writer = MotionCsvWriter::create(&path, 2).unwrap();
+    let mut writer = MotionCsvWriter::create(&path, 2, &[]).unwrap();
     let gone = [f64::NAN; 3];
     let lost = MotionRow {
         success: false,
@@ -174,7 +175,7 @@ fn what_is_absent_is_an_empty_cell() {
 fn a_motion_table_refuses_what_breaks_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("motion.csv");
-    let mut writer = MotionCsvWriter::create(&path, 478).unwrap();
+    let mut writer = MotionCsvWriter::create(&path, 478, &[]).unwrap();
     let points = landmarks(1);
     let mut refused = |row: MotionRow, words: &str| {
         let error = writer.write_row(&row).unwrap_err().to_string();

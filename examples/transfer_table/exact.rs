@@ -2,8 +2,10 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use understudy::{
+    actions::Catalogue,
     deform::{Handle, Stiffness, SurfaceWarp},
     rig::{SourceFace, TargetFace, Transfer, TransferRule},
+    scan::Surface,
     spline::{Kernel, Options, Regularisation, Warp},
     tracking::{IBUG_68, LANDMARK_COUNT, SKIN_LANDMARK_COUNT, index},
 };
@@ -15,6 +17,10 @@ use crate::protocol::{Case, Face, Outcome, Protocol, error};
 pub enum Handles {
     Ibug68,
     Network468,
+    /// And the catalogue's muscle control points.
+    Muscles,
+    /// And its wrinkle control points.
+    Wrinkles,
     Full,
 }
 
@@ -38,7 +44,7 @@ pub fn errors(protocol: &Protocol, case: &Case, mean: &Face, rows: &[Row]) -> Ou
     let mut results = Vec::new();
     let mut warps: Vec<(Handles, Spread, Matrix)> = Vec::new();
     for row in rows {
-        let handles = handles(protocol, row.handles);
+        let handles = handles(protocol, case, row.handles)?;
         if !warps.iter().any(|(h, s, _)| *h == row.handles && *s == row.spread) {
             warps.push((row.handles, row.spread, Matrix::new(protocol, case, &handles, row.spread)?));
         }
@@ -65,10 +71,24 @@ pub fn errors(protocol: &Protocol, case: &Case, mean: &Face, rows: &[Row]) -> Ou
     Ok(results)
 }
 
-fn handles(protocol: &Protocol, which: Handles) -> Vec<usize> {
+/// The landmarks, and the vertices nearest to the catalogue's control points on the target.
+fn with_points(protocol: &Protocol, case: &Case, wrinkles: bool) -> Outcome<Vec<usize>> {
+    let surface = Surface::new(&case.target.mesh)?;
+    let landmarks: Vec<_> =
+        protocol.landmarks_468.iter().map(|&v| Some(case.target.mesh.positions[v])).collect();
+    let placed = Catalogue::get().place(&landmarks, &surface);
+    let points = placed[SKIN_LANDMARK_COUNT..].iter().zip(&Catalogue::get().points);
+    let chosen = points.filter(|(_, point)| wrinkles || point.is_muscle);
+    let vertices = chosen.filter_map(|(place, _)| Some(surface.nearest_vertex((*place)?)?.0 as usize));
+    Ok(protocol.landmarks_468.iter().copied().chain(vertices).collect())
+}
+
+fn handles(protocol: &Protocol, case: &Case, which: Handles) -> Outcome<Vec<usize>> {
     let mut vertices: Vec<usize> = match which {
         Handles::Ibug68 => protocol.landmarks_68.clone(),
         Handles::Network468 => protocol.landmarks_468.clone(),
+        Handles::Muscles => with_points(protocol, case, false)?,
+        Handles::Wrinkles => with_points(protocol, case, true)?,
         Handles::Full => protocol
             .landmarks_468
             .iter()
@@ -79,7 +99,7 @@ fn handles(protocol: &Protocol, which: Handles) -> Vec<usize> {
     };
     vertices.sort_unstable();
     vertices.dedup();
-    vertices
+    Ok(vertices)
 }
 
 /// The product's own rule, with the handles behind the landmarks.

@@ -4,6 +4,7 @@
 //! `benches/peers/deformation_transfer.py`.
 
 mod exact;
+mod product;
 mod protocol;
 
 use std::path::PathBuf;
@@ -11,7 +12,23 @@ use std::path::PathBuf;
 use clap::Parser;
 use exact::{Handles, Row, Spread};
 use protocol::{Case, Face, Outcome, Protocol, error, motions};
-use understudy::{rig::TransferRule, spline::Kernel};
+use understudy::{
+    actions::ActionLibrary,
+    assets::Assets,
+    pipeline::Networks,
+    rig::{Method, TransferRule, WarpKind},
+    spline::Kernel,
+    tracking::TrackerOptions,
+    view::Gpu,
+};
+
+/// The program itself: whether landmarks are found, and the method.
+const PRODUCT: [(bool, Method); 4] = [
+    (false, Method { rule: TransferRule::Spline, warp: WarpKind::Surface }),
+    (false, Method { rule: TransferRule::Spline, warp: WarpKind::Spline }),
+    (true, Method { rule: TransferRule::Spline, warp: WarpKind::Surface }),
+    (true, Method::THESIS),
+];
 
 #[derive(Parser)]
 struct Options {
@@ -26,12 +43,19 @@ struct Options {
 }
 
 fn main() -> Outcome<()> {
+    tracing_subscriber::fmt().with_writer(std::io::stderr).init();
     let options = Options::parse();
     let protocol = Protocol::read(&options.faces)?;
     let mean = Face::read(&options.faces, "a2_source.obj", "a2_source.pc2")?;
+    let assets = Assets::locate()?;
+    let gpu = Gpu::headless()?;
+    let mut networks = Networks::load(&assets, TrackerOptions::default())?;
+    let mut finder = product::Finder { gpu: &gpu, networks: &mut networks };
     let rows = rows();
-    let mut sums =
-        vec![[vec![0.0; protocol.expressions.len()], vec![0.0; protocol.expressions.len()]]; rows.len() + 2];
+    let mut sums = vec![
+        [vec![0.0; protocol.expressions.len()], vec![0.0; protocol.expressions.len()]];
+        rows.len() + 2 + PRODUCT.len()
+    ];
     let mut count = 0.0;
     let chosen = protocol.cases.iter().filter(|case| options.all || case.unseen).take(options.cases);
     for facts in chosen {
@@ -42,6 +66,31 @@ fn main() -> Outcome<()> {
             let name = format!("a{}_deformation_transfer.pc2", task + 1);
             motions(&options.faces.join(&case.name).join(name), &case.target.mesh)
         })?);
+        for (found, method) in PRODUCT {
+            let target = if found {
+                let Some(landmarks) = finder.find(&protocol, &case.target.mesh)? else {
+                    eprintln!("{}: no face found on the target", case.name);
+                    continue;
+                };
+                landmarks
+            } else {
+                product::known(&protocol, &case.target.mesh)
+            };
+            let mut of_tasks = [Vec::new(), Vec::new()];
+            for (task, source) in [&case.a1, &mean].into_iter().enumerate() {
+                let landmarks = if found {
+                    finder.find(&protocol, &source.mesh)?.ok_or("no face found on a source")?
+                } else {
+                    product::known(&protocol, &source.mesh)
+                };
+                let library = product::library(source, &landmarks, ActionLibrary::built_in())?;
+                let moved = product::carried(&library, &case.target.mesh, &target, method)?;
+                for (found, truth) in moved.iter().zip(&case.target.motions) {
+                    of_tasks[task].push(error(found, truth, &protocol.evaluation_mask));
+                }
+            }
+            results.push(of_tasks);
+        }
         for (sum, result) in sums.iter_mut().zip(&results) {
             for task in 0..2 {
                 for (sum, value) in sum[task].iter_mut().zip(&result[task]) {
@@ -58,7 +107,11 @@ fn main() -> Outcome<()> {
     let labels = rows
         .iter()
         .map(label)
-        .chain(["every vertex | copy | -".into(), "every vertex | deformation transfer | -".into()]);
+        .chain(["every vertex | copy | -".into(), "every vertex | deformation transfer | -".into()])
+        .chain(PRODUCT.iter().map(|(found, method)| {
+            let landmarks = if *found { "found by the networks" } else { "known" };
+            format!("the program, landmarks {landmarks} | {:?} | {:?}", method.rule, method.warp)
+        }));
     for (label, sum) in labels.zip(&sums) {
         let mean = |task: usize| sum[task].iter().sum::<f64>() / count / names.len() as f64;
         let each: Vec<String> = sum[1].iter().map(|value| format!("{:.3}", value / count)).collect();
@@ -82,6 +135,8 @@ fn rows() -> Vec<Row> {
         row(Network468, Copy, linear),
         row(Network468, TransferRule::Spline, linear),
         row(Network468, TransferRule::Spline, Spread::Surface),
+        row(Handles::Muscles, TransferRule::Spline, Spread::Surface),
+        row(Handles::Wrinkles, TransferRule::Spline, Spread::Surface),
         row(Full, Mouth, Spread::Regions(Kernel::ThinPlate)),
         row(Full, Copy, Spread::Surface),
         row(Full, Eyes, Spread::Surface),
@@ -105,6 +160,8 @@ fn label(row: &Row) -> String {
     let handles = match row.handles {
         Handles::Ibug68 => "68",
         Handles::Network468 => "468",
+        Handles::Muscles => "468 + muscle points",
+        Handles::Wrinkles => "468 + muscle and wrinkle points",
         Handles::Full => "468 + rims + 100",
     };
     let rule = match row.rule {

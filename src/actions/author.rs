@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::{ActionError, ActionLibrary, Catalogue};
 use crate::{
-    anatomy::eye_landmarks,
+    anatomy::{Lip, SidedSkin, SkinPlace, eye_landmarks},
     head::rotation_between,
     lift::Side,
     scan::{Mesh, Surface},
@@ -59,7 +59,12 @@ pub fn measure(
     if mesh.triangles == expressive.mesh.triangles && mesh.positions.len() == expressive.mesh.positions.len()
     {
         let moved = held_together(&mesh.positions, &expressive.mesh.positions);
-        return Ok(measure_moved(surface, landmarks, &moved));
+        let skin = SidedSkin::of_scan(mesh, surface, landmarks).ok_or(ActionError::TooFewLandmarks {
+            found: 0,
+            wanted: FEWEST,
+            what: "scans, which have no triangles".to_owned(),
+        })?;
+        return Ok(measure_moved(surface, &skin, landmarks, &moved));
     }
     let missing: Vec<usize> = (0..SKIN_LANDMARK_COUNT)
         .filter(|&i| landmarks[i].is_some() != expressive.landmarks[i].is_some())
@@ -102,17 +107,25 @@ pub fn measure(
 }
 
 /// Measures a pair that shares one mesh: `moved` are the expressive scan's vertices, held together with the neutral's.
+/// Landmarks of a lip are looked for on that lip, as far as `skin` knows the lips' sides.
 pub fn measure_moved(
     surface: &Surface,
+    skin: &SidedSkin,
     landmarks: &[Option<Point3<f64>>],
     moved: &[Point3<f64>],
 ) -> Measured {
-    let places = Catalogue::get().place(landmarks, surface);
-    let vectors: Vec<_> = places
+    let found: Vec<Option<SkinPlace>> = Catalogue::get()
+        .place(landmarks, surface)
+        .into_iter()
+        .enumerate()
+        .map(|(handle, place)| skin.nearest(Lip::of(handle), place?))
+        .collect();
+    let places: Vec<_> = found.iter().map(|place| place.map(|place| place.position)).collect();
+    let vectors: Vec<_> = found
         .iter()
         .map(|place| {
-            let found = surface.nearest((*place)?)?;
-            Some(surface.at(&found.anchor(), moved)? - found.position)
+            let place = (*place)?;
+            Some(place.on(moved)? - place.position)
         })
         .collect();
     let closure = closures(&places, &vectors);

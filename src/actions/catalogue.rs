@@ -55,6 +55,8 @@ pub struct ControlPoint {
     pub side: Option<Side>,
     /// Landmarks and their weights, together 1.
     pub at: Vec<(usize, f64)>,
+    /// Whether any action's muscle pulls here.
+    pub is_muscle: bool,
     /// Whether any action folds the skin here.
     pub is_wrinkle: bool,
 }
@@ -113,9 +115,11 @@ impl Catalogue {
         let mut actions = document.action;
         actions.sort_by_key(|action| action.au);
         let is_wrinkle = |name: &String| actions.iter().any(|action| action.wrinkle_points.contains(name));
+        let is_muscle = |name: &String| actions.iter().any(|action| action.muscle_points.contains(name));
         let mut points = Vec::new();
         for entry in document.point {
             let point = |side, at| ControlPoint {
+                is_muscle: is_muscle(&entry.name),
                 is_wrinkle: is_wrinkle(&entry.name),
                 name: entry.name.clone(),
                 side,

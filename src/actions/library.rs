@@ -188,11 +188,11 @@ impl ActionLibrary {
             let [right, left] = action.closure.map(number);
             let _ = write!(
                 text,
-                "{}{{\"au\":{},\"side\":{side},\"closure\":[{right},{left}],\"pairs\":{},\"source\":{:?},\"vectors\":[{}]}}",
+                "{}{{\"au\":{},\"side\":{side},\"closure\":[{right},{left}],\"pairs\":{},\"source\":{},\"vectors\":[{}]}}",
                 if k == 0 { "" } else { ",\n" },
                 action.key.au,
                 action.pairs,
-                action.source,
+                serde_json::Value::from(action.source.as_str()),
                 vectors.join(",")
             );
         }
@@ -276,13 +276,13 @@ mod tests {
             actions: Vec::new(),
         };
         let key = ActionKey { au: 17, side: None };
-        for (x, source) in [(1.0, "a"), (2.0, "b"), (6.0, "a")] {
+        for (x, source) in [(1.0, "a"), (2.0, "b\u{301}\n\"\u{1f}"), (6.0, "a")] {
             let mut vectors = vec![None; Catalogue::get().handles()];
             vectors[3] = Some(Vector3::new(x, 0.0, -x));
             library.add(key, &vectors, [x / 10.0, 0.0], source);
         }
         let action = library.get(key).unwrap();
-        assert_eq!((action.pairs, action.source.as_str()), (3, "a; b"));
+        assert_eq!((action.pairs, action.source.as_str()), (3, "a; b\u{301}\n\"\u{1f}"));
         assert!((action.closure[0] - 0.3).abs() < 1e-12);
         let v = action.vectors[0];
         assert!((v.vector - Vector3::new(3.0, 0.0, -3.0)).norm() < 1e-12);

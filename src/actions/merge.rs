@@ -40,9 +40,7 @@ pub fn merge(how: Merge, pulls: &[Vector3<f64>]) -> Vector3<f64> {
         for i in 0..count {
             let others: f64 =
                 (0..count).filter(|&j| j != i).map(|j| units[i].dot(&units[j]).max(0.0) * tension[j]).sum();
-            // Half a step: two muscles along one line share the pull instead of trading it.
-            let wanted = (lengths[i] - others).max(0.0);
-            tension[i] += 0.5 * (wanted - tension[i]);
+            tension[i] = (lengths[i] - others).max(0.0);
         }
     }
     units[..count].iter().zip(&tension).map(|(unit, tension)| unit * *tension).sum()

@@ -11,6 +11,8 @@ mod error;
 mod library;
 mod merge;
 mod score;
+mod score_lines;
+mod score_read;
 mod unit;
 mod weights;
 

@@ -11,6 +11,11 @@ pub struct ActionWeights {
 }
 
 impl ActionWeights {
+    /// Of magnitudes in 0..=1 by ascending key, none twice.
+    pub(super) fn ascending(on: Vec<(ActionKey, f64)>) -> Self {
+        Self { on }
+    }
+
     /// Sets a magnitude; outside 0..=1 is an error.
     pub fn set(&mut self, key: ActionKey, magnitude: f64) -> Result<(), ActionError> {
         if !(0.0..=1.0).contains(&magnitude) {

@@ -20,6 +20,7 @@ mod jaw;
 mod join;
 mod lids;
 mod lip_line;
+mod lip_sides;
 mod lips;
 mod model;
 mod mouth;
@@ -36,6 +37,7 @@ pub use front_view::FrontView;
 pub use interior::{Hanging, RingPoint};
 pub use jaw::{Jaw, JawPose};
 pub use lids::{CLOSURES, LidShapes, shares as lid_shares};
+pub use lip_sides::{Lip, SidedSkin, SkinPlace};
 pub use lips::LipFault;
 pub use model::{Anatomy, Eye, Mouth, Omission, Part, PartKind, RimNode, RimVertex};
 pub use regions::{

@@ -21,13 +21,14 @@ use super::{
 use crate::{
     lift::Side,
     scan::{Material, Mesh, Surface},
+    tracking::LANDMARK_COUNT,
 };
 
 /// Gloss of the eyes.
 const WET_EYE: f32 = 1.0;
 
 impl Anatomy {
-    /// Opens a scan: `mesh` with its `surface`, and 478 landmarks on it, all in the scan frame. `view` shows its
+    /// Opens a scan: `mesh` with its `surface`, and 468 or 478 landmarks on it, all in the scan frame. `view` shows its
     /// colours; `None` for a scan without any. What cannot be done is left out and listed.
     pub fn prepare(
         mesh: &Mesh,
@@ -38,7 +39,10 @@ impl Anatomy {
         let Some(frame) = FaceFrame::of(landmarks) else {
             return Self { omissions: vec![Omission::NoFace], ..Self::as_scanned(mesh) };
         };
-        Preparation::new(mesh, surface, landmarks, view, frame).finish()
+        // Skin alone, without irises, is enough.
+        let mut landmarks = landmarks.to_vec();
+        landmarks.resize(LANDMARK_COUNT, None);
+        Preparation::new(mesh, surface, &landmarks, view, frame).finish()
     }
 }
 

@@ -13,6 +13,24 @@ impl Timestamp {
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }
+
+    /// Decimal seconds as integer nanoseconds, exact up to nine decimals; further ones are cut. `None` where `text` is
+    /// not that, or too long ago or ahead.
+    pub fn from_decimal(text: &str) -> Option<Self> {
+        let (negative, size) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
+        let (whole, fraction) = size.split_once('.').unwrap_or((size, ""));
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        if whole.is_empty() || !digits(whole) || !digits(fraction) {
+            return None;
+        }
+        let mut total = i128::from(whole.parse::<i64>().ok()?) * 1_000_000_000;
+        let mut unit = 100_000_000;
+        for digit in fraction.bytes().take(9) {
+            total += i128::from(digit - b'0') * unit;
+            unit /= 10;
+        }
+        i64::try_from(if negative { -total } else { total }).ok().map(Self)
+    }
 }
 
 /// Frames per second as a fraction, so that 29.97 stays 30000/1001.
@@ -101,6 +119,17 @@ mod tests {
         for bad in ["0", "-3", "abc", "1/0", "NaN"] {
             assert!(bad.parse::<FrameRate>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn times_are_read_exactly() {
+        let read = Timestamp::from_decimal;
+        assert_eq!(read("9223372036.854775807"), Some(Timestamp(i64::MAX)));
+        assert_eq!(read("-0.000000001"), Some(Timestamp(-1)));
+        assert_eq!(read("3"), Some(Timestamp(3_000_000_000)));
+        assert_eq!(read("9223372036.854775808"), None);
+        assert_eq!(read("170141183460469231731687303715.999999999"), None);
+        assert_eq!(read("."), None);
     }
 
     #[test]

@@ -157,7 +157,7 @@ impl Animate {
                     animation.write_pc2(path, watch, |done| bar.set_position(done))?;
                     bar.finish_and_clear();
                 }
-                Kind::Csv => animation.write_csv(path, watch)?,
+                Kind::Csv => animation.write_csv(path, &library, watch)?,
                 Kind::Glb => {
                     let bar = progress::spinner("compressing to morph targets", quiet);
                     let report = animation.write_glb(path, watch)?;

@@ -1,7 +1,7 @@
 //! The motion table: one CSV row a frame, in the columns of OpenFace's output.
 //!
 //! `frame, face_id, timestamp, confidence, success, pose_Tx … pose_Rz, x_0 …, y_0 …, z_0 …, state, gaze_angle_x,
-//! gaze_angle_y, closure_right, closure_left`, separated by bare commas as OpenFace 2 writes them, so that scripts for
+//! gaze_angle_y, closure_right, closure_left, AU01_r …`, separated by bare commas as OpenFace 2 writes them, so that scripts for
 //! OpenFace's files find these columns by name. Differences: the landmarks are ours in number and order; `z_i` is the
 //! landmark's depth hint in pixels; `state` and the closures are added, and the gaze stands at the end; the timestamp
 //! has nine decimals, which hold the integer nanoseconds exactly; and a cell without a value is empty where OpenFace
@@ -21,6 +21,8 @@ const ANGLE_DECIMALS: usize = 6;
 const CONFIDENCE_DECIMALS: usize = 4;
 /// Decimals of the lids' closures.
 const CLOSURE_DECIMALS: usize = 4;
+/// Decimals of action units.
+const ACTION_DECIMALS: usize = 2;
 
 pub(super) const POSE_COLUMNS: [&str; 6] = ["pose_Tx", "pose_Ty", "pose_Tz", "pose_Rx", "pose_Ry", "pose_Rz"];
 pub(super) const EYE_COLUMNS: [&str; 4] = ["gaze_angle_x", "gaze_angle_y", "closure_right", "closure_left"];
@@ -49,6 +51,8 @@ pub struct MotionRow<'a> {
     pub gaze: [f64; 2],
     /// How far the right and the left eye have closed: 0 as in the neutral, 1 shut, below 0 opened wider.
     pub closure: [f64; 2],
+    /// A value for each of the table's columns of action units.
+    pub actions: &'a [f64],
 }
 
 /// Writes a motion table row by row.
@@ -56,12 +60,13 @@ pub struct MotionRow<'a> {
 pub struct MotionCsvWriter {
     draft: Draft,
     landmarks: usize,
+    actions: usize,
     line: Vec<u8>,
 }
 
 impl MotionCsvWriter {
-    /// Starts a table at `path` with columns for `landmarks` points.
-    pub fn create(path: &Path, landmarks: usize) -> Result<Self, ExportError> {
+    /// Starts a table at `path` with columns for `landmarks` points, and at the end those of `actions`.
+    pub fn create(path: &Path, landmarks: usize, actions: &[String]) -> Result<Self, ExportError> {
         let mut draft = Draft::create(path)?;
         let mut line = b"frame,face_id,timestamp,confidence,success".to_vec();
         for name in POSE_COLUMNS {
@@ -79,9 +84,13 @@ impl MotionCsvWriter {
             line.push(b',');
             line.extend_from_slice(name.as_bytes());
         }
+        for name in actions {
+            line.push(b',');
+            line.extend_from_slice(name.as_bytes());
+        }
         line.push(b'\n');
         draft.append(&line)?;
-        Ok(Self { draft, landmarks, line })
+        Ok(Self { draft, landmarks, actions: actions.len(), line })
     }
 
     /// Appends one row.
@@ -96,8 +105,15 @@ impl MotionCsvWriter {
                 "Give every row the table's landmarks, or none",
             );
         }
+        if row.actions.len() != self.actions {
+            return refuse(
+                format!("frame {} has {} action units, not {}", row.frame, row.actions.len(), self.actions),
+                "Give every row a value for each of the table's action units",
+            );
+        }
         let poses = row.translation.iter().chain(&row.rotation);
-        let mut single = poses.chain([&row.confidence]).chain(&row.gaze).chain(&row.closure);
+        let mut single =
+            poses.chain([&row.confidence]).chain(&row.gaze).chain(&row.closure).chain(row.actions);
         if single.any(|value| value.is_infinite())
             || row.landmarks.as_flattened().iter().any(|value| value.is_infinite())
         {
@@ -140,6 +156,9 @@ impl MotionCsvWriter {
         }
         for value in row.closure {
             push_cell(line, value, CLOSURE_DECIMALS);
+        }
+        for &value in row.actions {
+            push_cell(line, value, ACTION_DECIMALS);
         }
         line.push(b'\n');
         self.draft.append(&self.line)

@@ -132,7 +132,7 @@ fn parse(text: &str) -> Result<Vec<MotionRecord>, String> {
                 .ok_or_else(|| fail(place, "a number")),
         };
         let frame = cells[columns.frame].parse().map_err(|_| fail(columns.frame, "a frame number"))?;
-        let timestamp = nanoseconds(cells[columns.timestamp])
+        let timestamp = Timestamp::from_decimal(cells[columns.timestamp])
             .ok_or_else(|| fail(columns.timestamp, "a time in seconds"))?;
         let success = match cells[columns.success] {
             "1" => true,
@@ -175,23 +175,6 @@ fn parse(text: &str) -> Result<Vec<MotionRecord>, String> {
     Ok(records)
 }
 
-/// Decimal seconds as integer nanoseconds, exact up to nine decimals; further ones are cut.
-fn nanoseconds(cell: &str) -> Option<Timestamp> {
-    let (negative, size) = cell.strip_prefix('-').map_or((false, cell), |rest| (true, rest));
-    let (whole, fraction) = size.split_once('.').unwrap_or((size, ""));
-    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || !digits(whole) || !digits(fraction) {
-        return None;
-    }
-    let mut total = whole.parse::<i128>().ok()?.checked_mul(1_000_000_000)?;
-    let mut unit = 100_000_000;
-    for digit in fraction.bytes().take(9) {
-        total += i128::from(digit - b'0') * unit;
-        unit /= 10;
-    }
-    i64::try_from(if negative { -total } else { total }).ok().map(Timestamp)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -225,14 +208,5 @@ mod tests {
         assert!(error(&OPENFACE.replace(", 0.5", "")).contains("line 2 has 15 cells"));
         assert!(error(&OPENFACE.replace("0.033", "1e-3")).contains("timestamp"));
         assert!(error(&OPENFACE.replace(" 500", " inf")).contains("pose_Tz"));
-    }
-
-    #[test]
-    fn times_are_read_exactly() {
-        assert_eq!(nanoseconds("9223372036.854775807"), Some(Timestamp(i64::MAX)));
-        assert_eq!(nanoseconds("-0.000000001"), Some(Timestamp(-1)));
-        assert_eq!(nanoseconds("3"), Some(Timestamp(3_000_000_000)));
-        assert_eq!(nanoseconds("9223372036.854775808"), None);
-        assert_eq!(nanoseconds("."), None);
     }
 }

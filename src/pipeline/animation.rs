@@ -9,6 +9,7 @@ use super::{
     glb_take::write_take_glb, performer_view::PerformerView,
 };
 use crate::{
+    actions::ActionLibrary,
     capture::FrameSource,
     export::{Mp4Settings, Mp4Writer, Pc2Writer, Sound},
     rig::{AvatarFrame, Bones, Rig},
@@ -63,10 +64,15 @@ impl Animation<'_> {
         Ok(writer.commit()?)
     }
 
-    /// The performer's motion as a table.
-    pub fn write_csv(&self, path: &Path, watch: &mut Stopwatch) -> Result<(), PipelineError> {
+    /// The performer's motion as a table, its action units measured by `library`.
+    pub fn write_csv(
+        &self,
+        path: &Path,
+        library: &ActionLibrary,
+        watch: &mut Stopwatch,
+    ) -> Result<(), PipelineError> {
         watch.time("write csv", || {
-            let mut table = MotionTable::create(path)?;
+            let mut table = MotionTable::create(path, library, &self.motion.performer)?;
             for frame in &self.motion.frames {
                 table.write(self.motion, frame)?;
             }

@@ -1,5 +1,6 @@
 //! The stages joined: offline, in order.
 
+mod action_columns;
 mod action_take;
 mod animation;
 mod avatar_glb;
@@ -28,6 +29,7 @@ mod stopwatch;
 mod target;
 mod target_cache;
 
+pub use action_columns::ActionColumns;
 pub use action_take::{ActionTake, Playing, draw};
 pub use animation::{Animation, ControlMotion, VideoPlan};
 pub use avatar_glb::{expression_sheet, write_avatar_glb};

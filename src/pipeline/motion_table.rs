@@ -4,11 +4,12 @@ use std::path::Path;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Motion, MotionFrame, Performance, PipelineError};
+use super::{Motion, MotionFrame, Performance, PipelineError, action_columns::ActionColumns};
 use crate::{
+    actions::ActionLibrary,
     export::{MotionCsvWriter, MotionRow},
     head::{HeadPose, true_turn},
-    lift::{Eyes, FaceState, upright},
+    lift::{Eyes, FaceState, Performer, upright},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks},
 };
 
@@ -16,12 +17,21 @@ use crate::{
 pub struct MotionTable {
     writer: MotionCsvWriter,
     landmarks: Vec<[f64; 3]>,
+    columns: ActionColumns,
+    actions: Vec<f64>,
 }
 
 impl MotionTable {
-    /// Starts a table; nothing appears at `path` before [`MotionTable::commit`].
-    pub fn create(path: &Path) -> Result<Self, PipelineError> {
-        Ok(Self { writer: MotionCsvWriter::create(path, LANDMARK_COUNT)?, landmarks: Vec::new() })
+    /// Starts a table of one performer's takes, whose action units are measured by `library`; nothing appears at `path`
+    /// before [`MotionTable::commit`].
+    pub fn create(
+        path: &Path,
+        library: &ActionLibrary,
+        performer: &Performer,
+    ) -> Result<Self, PipelineError> {
+        let columns = ActionColumns::new(library, performer)?;
+        let writer = MotionCsvWriter::create(path, LANDMARK_COUNT, &columns.names())?;
+        Ok(Self { writer, landmarks: Vec::new(), columns, actions: Vec::new() })
     }
 
     /// A frame of the solved motion: landmarks as the avatar follows them, projected into the picture.
@@ -63,6 +73,7 @@ impl MotionTable {
         let rest = motion.performer.rest().rotation.inverse();
         let turn = true_turn(&(upright() * pose.rotation * rest * upright()));
         let eyes = &frame.expression.eyes;
+        self.columns.fill(&frame.expression, &mut self.actions);
         let row = MotionRow {
             frame: frame.index + 1,
             timestamp: frame.timestamp,
@@ -74,6 +85,7 @@ impl MotionTable {
             state: frame.state.name(),
             gaze: gaze_angles(eyes, &turn),
             closure: [eyes.right.closure, eyes.left.closure],
+            actions: &self.actions,
         };
         Ok(self.writer.write_row(&row)?)
     }
@@ -86,7 +98,7 @@ impl MotionTable {
 
 /// Writes the whole take; with `raw`, the unfiltered landmarks of that performance.
 pub fn write_motion(path: &Path, motion: &Motion, raw: Option<&Performance>) -> Result<(), PipelineError> {
-    let mut table = MotionTable::create(path)?;
+    let mut table = MotionTable::create(path, ActionLibrary::built_in(), &motion.performer)?;
     for (i, frame) in motion.frames.iter().enumerate() {
         match raw {
             Some(performance) => table.write_raw(motion, frame, performance.frames[i].landmarks.as_ref())?,

@@ -2,7 +2,9 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{AvatarFrame, Bones, Controls, Method, Puppet, RigError, SourceFace, TargetFace, drive::Drive};
+use super::{
+    AvatarFrame, Bones, Controls, LipDrive, Method, Puppet, RigError, SourceFace, TargetFace, drive::Drive,
+};
 use crate::{
     actions::{ActionError, ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
     anatomy::Anatomy,
@@ -59,6 +61,11 @@ impl ActionRig {
     /// The target, as something that moves.
     pub fn puppet(&self) -> &Puppet {
         &self.drive.puppet
+    }
+
+    /// The lips' drive, where the target's lips part.
+    pub fn lips(&self) -> Option<&LipDrive> {
+        self.drive.lips.as_ref()
     }
 
     /// The control points.

@@ -17,6 +17,8 @@ use crate::{
 
 /// Actions that landmarks tell apart; the jaw is one variable, AU27, and shared out to AU26 afterwards.
 const SEEN: [u8; 20] = [1, 2, 4, 6, 7, 9, 10, 12, 14, 15, 16, 17, 18, 20, 22, 23, 24, 25, 27, 28];
+/// Actions that the lids tell of.
+const FROM_LIDS: [u8; 2] = [5, 45];
 /// How much of AU27's motion AU26 is at magnitude 1 (`catalogue.toml`).
 const DROP: f64 = 0.45;
 /// How far a fully raised lid opens the eye beyond the neutral, as a closure.
@@ -86,6 +88,17 @@ impl ActionSolver {
     /// The actions that are solved for.
     pub fn keys(&self) -> impl Iterator<Item = ActionKey> + '_ {
         self.actions.iter().map(|action| action.key)
+    }
+
+    /// Numbers of all units that [`ActionSolver::weights`] tells of, ascending.
+    pub fn units(&self) -> Vec<u8> {
+        let mut units: Vec<u8> = self.keys().map(|key| key.au).chain(FROM_LIDS).collect();
+        if units.contains(&27) {
+            units.push(26);
+        }
+        units.sort_unstable();
+        units.dedup();
+        units
     }
 
     pub(super) fn actions(&self) -> &[Action] {

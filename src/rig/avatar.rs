@@ -34,12 +34,16 @@ pub enum DriveMode {
 /// Everything that stays the same from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    drive: Drive,
-    fill: PointFill,
+    motor: Motor,
     solver: ActionSolver,
-    /// Where action units drive the target.
-    actions: Option<ActionRig>,
     head: HeadFollow,
+}
+
+/// What moves the target.
+#[derive(Debug, Clone)]
+enum Motor {
+    Landmarks { drive: Drive, fill: PointFill },
+    Actions(ActionRig),
 }
 
 impl Rig {
@@ -75,13 +79,17 @@ impl Rig {
     ) -> Result<Self, RigError> {
         let source = SourceFace::performer(performer);
         let solver = ActionSolver::new(library, &source)?;
-        let fill = PointFill::new(&source.points)?.with_relief(library, &solver)?;
-        let drive = Drive::new(&source, target, anatomy, surface, method)?;
-        // What was solved as a sum is shown as a sum.
-        let actions = (mode == DriveMode::Actions)
-            .then(|| ActionRig::new(library, target, anatomy, surface, method, Merge::Sum))
-            .transpose()?;
-        Ok(Self { drive, fill, solver, actions, head: HeadFollow::new(performer, target) })
+        let motor = match mode {
+            DriveMode::Landmarks => Motor::Landmarks {
+                drive: Drive::new(&source, target, anatomy, surface, method)?,
+                fill: PointFill::new(&source.points)?.with_relief(library, &solver)?,
+            },
+            // What was solved as a sum is shown as a sum.
+            DriveMode::Actions => {
+                Motor::Actions(ActionRig::new(library, target, anatomy, surface, method, Merge::Sum)?)
+            }
+        };
+        Ok(Self { motor, solver, head: HeadFollow::new(performer, target) })
     }
 
     /// The precomputed matrix: soft vertices × columns.
@@ -96,11 +104,17 @@ impl Rig {
 
     /// The lips' drive, where the target's lips part.
     pub fn lips(&self) -> Option<&LipDrive> {
-        self.drive.lips.as_ref()
+        match &self.motor {
+            Motor::Landmarks { drive, .. } => drive.lips.as_ref(),
+            Motor::Actions(rig) => rig.lips(),
+        }
     }
 
     fn puppet(&self) -> &super::Puppet {
-        self.actions.as_ref().map_or(&self.drive.puppet, ActionRig::puppet)
+        match &self.motor {
+            Motor::Landmarks { drive, .. } => &drive.puppet,
+            Motor::Actions(rig) => rig.puppet(),
+        }
     }
 
     /// The action units of one expression.
@@ -123,20 +137,22 @@ impl Rig {
     /// Moves controls and bones only; enough for exports that work in control space. Of `frame` the positions stay.
     pub fn pose_controls(&self, expression: &Expression, frame: &mut AvatarFrame) -> Bones {
         frame.head = self.head_motion(&expression.pose);
-        if let Some(actions) = &self.actions {
-            let weights = self.action_weights(expression);
-            return actions.pose_controls(&weights, &expression.eyes, frame);
-        }
+        let (drive, fill) = match &self.motor {
+            Motor::Landmarks { drive, fill } => (drive, fill),
+            Motor::Actions(rig) => {
+                return rig.pose_controls(&self.action_weights(expression), &expression.eyes, frame);
+            }
+        };
         let mut vectors = std::mem::take(&mut frame.scratch);
         let mut magnitudes = [0.0; MOST_ACTIONS];
         let count = self.solver.keys().count().min(MOST_ACTIONS);
         self.solver.solve(&expression.displacements.vectors, &mut magnitudes[..count]);
         vectors.clear();
         vectors.extend_from_slice(&expression.displacements.vectors);
-        self.fill.fill(&mut vectors);
-        self.fill.fold(&magnitudes[..count], &mut vectors);
+        fill.fill(&mut vectors);
+        fill.fold(&magnitudes[..count], &mut vectors);
         let camera = self.head.camera(&expression.pose);
-        frame.bones = self.drive.controls(&vectors, &expression.eyes, Some(&camera), &mut frame.controls);
+        frame.bones = drive.controls(&vectors, &expression.eyes, Some(&camera), &mut frame.controls);
         frame.scratch = vectors;
         frame.bones
     }

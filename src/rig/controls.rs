@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::TargetFace;
 use crate::{
-    anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, LOWER_LIP, UPPER_INNER, UPPER_LIP, eye_landmarks},
+    anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, Lip, UPPER_INNER, eye_landmarks},
     lift::Side,
     scan::{Mesh, Surface},
     tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
@@ -36,17 +36,6 @@ pub enum Driver {
     /// Nothing: the corners and rims of the eyes, which ligaments hold to the skull. How the lids close is not the
     /// spline's business.
     Skull,
-}
-
-/// On which side of the lips' line a control lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lip {
-    /// It moves only what lies above.
-    Upper,
-    /// It moves only what lies below.
-    Lower,
-    /// It moves both.
-    Neither,
 }
 
 /// The warp's centres.
@@ -108,7 +97,7 @@ impl Controls {
             // Above the mouth the outline is silhouette, which slides over the skin as the head turns.
             let slides = region == Region::Oval && height(&place) > mouth_height;
             if !slides {
-                controls.push(driver, place, lip_of(landmark));
+                controls.push(driver, place, Lip::of(landmark));
             }
         }
         for (point, place) in points.iter().enumerate() {
@@ -139,16 +128,6 @@ impl Controls {
             self.rest.push(place);
             self.lips.push(lip);
         }
-    }
-}
-
-fn lip_of(landmark: usize) -> Lip {
-    if UPPER_LIP.contains(&landmark) || UPPER_INNER.contains(&landmark) {
-        Lip::Upper
-    } else if LOWER_LIP.contains(&landmark) || LOWER_INNER.contains(&landmark) {
-        Lip::Lower
-    } else {
-        Lip::Neither
     }
 }
 

@@ -26,7 +26,7 @@ mod transfer;
 pub use action_rig::{ActionRig, facing};
 pub use action_solver::ActionSolver;
 pub use avatar::{DriveMode, Rig};
-pub use controls::{Controls, Driver, Lip};
+pub use controls::{Controls, Driver};
 pub use error::RigError;
 pub use lips::LipDrive;
 pub use method::{Method, TransferRule, WarpKind};

@@ -9,11 +9,11 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::{
     Controls, RigError, TargetFace, WarpKind,
-    controls::{Driver, Lip},
+    controls::Driver,
     spread::{Points, options, spread},
 };
 use crate::{
-    anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Jaw, ON_JAW, lid_shares},
+    anatomy::{Anatomy, BETWEEN_JAW_AND_SKULL, CLOSURES, CORNERS, Jaw, Lip, ON_JAW, lid_shares},
     lift::{Eyes, Side},
     spline::{Kernel, Spline, Warp},
 };

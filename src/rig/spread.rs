@@ -6,15 +6,10 @@
 
 use nalgebra::Point3;
 
-use super::{
-    Controls, RigError, TargetFace, WarpKind,
-    controls::{Driver, Lip},
-    skin::HeldVertex,
-};
+use super::{Controls, RigError, TargetFace, WarpKind, controls::Driver, skin::HeldVertex};
 use crate::{
-    anatomy::Anatomy,
+    anatomy::{Anatomy, Lip, SidedSkin},
     deform::{DeformError, Handle, Stiffness, SurfaceWarp},
-    scan::{Mesh, Surface},
     spline::{Kernel, Options, Regularisation, Warp},
 };
 
@@ -24,7 +19,7 @@ const LAMBDA: f64 = 1e-4;
 /// Tension of the surface times the squared outer canthal distance: 0.4 a squared centimetre on an average face.
 const TENSION: f64 = 30.0;
 /// Skin farther than this many outer canthal distances from every control does not move.
-const REACH: f64 = 0.42;
+const REACH: f64 = 0.8;
 /// A control farther than this many outer canthal distances from the skin does not hold it.
 const OFF: f64 = 0.06;
 /// With less of the skin within reach on the controls' pieces of the surface, the scan is too broken for this warp.
@@ -151,28 +146,9 @@ fn handles(
     triangles: &[[u32; 3]],
     off: f64,
 ) -> Result<Vec<Handle>, DeformError> {
-    let broken = |reason: String| DeformError::Broken { reason };
     let positions = &anatomy.mesh.positions[..anatomy.skin_vertices()];
-    let side_of = |lip: Lip| {
-        let belongs = move |v: u32| match lip {
-            Lip::Upper => anatomy.lower_side[v as usize] < 0.5,
-            Lip::Lower => anatomy.lower_side[v as usize] >= 0.5,
-            Lip::Neither => true,
-        };
-        let triangles: Vec<[u32; 3]> =
-            triangles.iter().copied().filter(|t| t.iter().all(|&v| belongs(v))).collect();
-        let mesh = Mesh { positions: positions.to_vec(), triangles, ..Mesh::default() };
-        Surface::new(&mesh)
-    };
-    let mut surfaces = Vec::new();
-    for lip in [Lip::Upper, Lip::Lower, Lip::Neither] {
-        // A face without a lower lip's side has no controls there either.
-        if controls.lips.contains(&lip) {
-            let surface =
-                side_of(lip).or_else(|_| side_of(Lip::Neither)).map_err(|fault| broken(fault.to_string()))?;
-            surfaces.push((lip, surface));
-        }
-    }
+    let skin = SidedSkin::new(positions, triangles, &anatomy.lower_side)
+        .ok_or_else(|| DeformError::Broken { reason: "it has no triangles".to_owned() })?;
     let cut = anatomy.mouth.as_ref().is_some_and(|mouth| !mouth.held.is_empty());
     let mut handles = Vec::new();
     for (column, ((driver, rest), lip)) in
@@ -181,17 +157,13 @@ fn handles(
         if cut && matches!(driver, Driver::Rim { .. }) {
             continue;
         }
-        let surface = surfaces.iter().find(|(side, _)| side == lip).map(|(_, surface)| surface);
-        let Some(found) = surface.and_then(|surface| Some((surface, surface.nearest(*rest)?))) else {
-            continue;
-        };
-        let (surface, point) = found;
-        if (point.position - rest).norm() > off {
+        let Some(place) = skin.nearest(*lip, *rest) else { continue };
+        if (place.position - rest).norm() > off {
             continue;
         }
         handles.push(Handle {
-            vertices: surface.triangles()[point.triangle as usize],
-            weights: point.barycentric,
+            vertices: place.vertices,
+            weights: place.weights,
             follows: [(column, 1.0), (column, 0.0)],
         });
     }
