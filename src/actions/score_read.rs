@@ -199,7 +199,7 @@ fn table_row(
     let time = seconds(cells[time_place])?;
     if let Some(place) = success_place {
         match cells[place].parse::<f64>() {
-            Ok(found) if found == 0.0 => return Ok((time, None)),
+            Ok(0.0) => return Ok((time, None)),
             Ok(found) if found.is_finite() => {}
             _ => return Err(format!("a success of {} is neither 0 nor 1", quoted(cells[place]))),
         }
