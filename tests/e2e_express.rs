@@ -77,7 +77,10 @@ fn one_expression_becomes_every_output() {
     let [first, middle, last] = [0, 12, 24].map(&mut at);
     let [first, last] = [first, last].map(|sample| farthest(&rest, &sample));
     // Opened, the cuts have moved some vertices along the surface.
-    assert!(first < 3.0 && last < 3.0, "the film begins {first} mm and ends {last} mm from the neutral");
+    assert!(
+        (first - last).abs() < 1e-9 && first < 6.0,
+        "the film begins {first} mm and ends {last} mm from the neutral"
+    );
     assert!(farthest(&moved, &middle) < 1e-3, "the film's middle is not the expression");
     assert_eq!(probe(&paths[4], "v", "stream=width,height,nb_read_packets"), ["320,240,25"]);
 }
@@ -113,7 +116,7 @@ fn a_scan_left_as_it_was_keeps_its_vertices_and_triangles() {
     let (rest, moved) = (obj_vertices(&scan), obj_vertices(&out));
     assert!(rest.len() == moved.len() && obj_faces(&scan) == obj_faces(&out));
     // What the smile does not reach keeps its numbers.
-    let kept = rest.iter().zip(&moved).filter(|(a, b)| a == b).count();
+    let kept = rest.iter().zip(&moved).filter(|(a, b)| a.map(f64::to_bits) == b.map(f64::to_bits)).count();
     println!("{kept} of {} vertices keep their numbers", rest.len());
     assert!(kept > 0 && farthest(&rest, &moved) > 3.0);
 }
