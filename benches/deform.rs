@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark without its assets has nothing to measure")]
 
-use std::{collections::HashMap, sync::LazyLock};
+use std::{collections::BTreeMap, sync::LazyLock};
 
 use divan::{Bencher, bench, black_box};
 use nalgebra::{Point3, Vector3, center};
@@ -63,7 +63,7 @@ static FINER: LazyLock<Face> = LazyLock::new(|| {
 /// Every triangle cut into four.
 fn finer(mesh: &Mesh) -> Mesh {
     let mut positions = mesh.positions.clone();
-    let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     let mut triangles = Vec::new();
     for &[a, b, c] in &mesh.triangles {
         let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
