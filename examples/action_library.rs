@@ -181,9 +181,10 @@ fn compose(
             for (sum, vector) in sum.iter_mut().zip(vectors) {
                 *sum = sum.zip(vector).map(|(sum, vector)| sum + vector * weight);
             }
-            for eye in 0..2 {
-                let acts = half.is_none_or(|side| eye == usize::from(side == Side::Left));
-                closure[eye] += if acts { measured[part].closure[eye] / fullest * weight } else { 0.0 };
+            for ((sum, eye), own) in closure.iter_mut().zip(Side::BOTH).zip(measured[part].closure) {
+                if half.is_none_or(|side| side == eye) {
+                    *sum += own / fullest * weight;
+                }
             }
         }
     }

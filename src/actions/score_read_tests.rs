@@ -1,4 +1,4 @@
-use std::fs;
+use std::{fmt::Write as _, fs};
 
 use super::*;
 use proptest::prelude::*;
@@ -91,7 +91,7 @@ fn rows_that_repeat_cost_nothing_and_change_nothing() {
     let mut text = "timestamp,AU17_r\n".to_owned();
     let value = |row: u32| if row < 500 { 0.0 } else { f64::from(row % 3) };
     for row in 0..1000 {
-        text += &format!("{row},{}\n", value(row));
+        writeln!(text, "{row},{}", value(row)).unwrap();
     }
     let score = read_text(text).unwrap();
     for row in 0..1000 {

@@ -116,7 +116,7 @@ impl SurfaceWarp {
                 shares.extend((0..vertices.len()).map(|row| right[(row, j)] as f32));
             }
         }
-        match shares.iter().find(|share| !(share.abs() <= MOST_SHARE as f32)) {
+        match shares.iter().find(|share| share.is_nan() || share.abs() > MOST_SHARE as f32) {
             Some(share) => {
                 Err(DeformError::Broken { reason: format!("a vertex follows a handle {share} times over") })
             }

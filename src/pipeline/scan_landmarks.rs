@@ -138,13 +138,20 @@ fn combine(portraits: &[Portrait], surface: &Surface, eyes: f64) -> Vec<(Option<
             };
             let sightings: Vec<_> =
                 views.iter().filter_map(|view| sight(view, landmark, outline, surface, eyes)).collect();
-            let Some(reference) = sightings.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0.position)
-            else {
+            // What hides a landmark from one picture may face that picture squarely: the word of several counts more.
+            let agree =
+                |a: &SurfacePoint, b: &SurfacePoint| (a.position - b.position).norm() <= DISAGREEMENT * eyes;
+            let support = |own: &SurfacePoint| -> f64 {
+                sightings.iter().filter(|s| agree(own, &s.0)).map(|s| s.1.powi(2)).sum()
+            };
+            let supported = sightings.iter().map(|s| (s.0, support(&s.0), s.1));
+            let best_supported = supported.max_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
+            let Some(reference) = best_supported.map(|s| s.0) else {
                 return (None, 0.0);
             };
             let (mut sum, mut total, mut best) = (Vector3::zeros(), 0.0, 0.0_f64);
             for (point, facing) in &sightings {
-                if (point.position - reference).norm() <= DISAGREEMENT * eyes {
+                if agree(point, &reference) {
                     sum += point.position.coords * facing.powi(2);
                     total += facing.powi(2);
                     best = best.max(*facing);

@@ -113,22 +113,26 @@ impl ActionSolver {
     /// Magnitudes in the order of [`ActionSolver::keys`], each 0..=1. `vectors` are the landmarks' displacements,
     /// performer's scan frame, millimetres; `magnitudes` is where to start from and what comes out.
     pub fn solve(&self, vectors: &[Vector3<f64>], magnitudes: &mut [f64]) {
-        let mut right = DVector::<f64>::zeros(self.actions.len());
+        let mut seen = DVector::<f64>::zeros(self.matrix.nrows());
         for (row, (landmark, weights)) in self.members.iter().enumerate() {
-            let seen = (self.level * vectors[*landmark]).component_mul(weights);
-            for axis in 0..3 {
-                for (j, value) in right.iter_mut().enumerate() {
-                    *value += self.matrix[(3 * row + axis, j)] * seen[axis];
-                }
-            }
+            let weighted = (self.level * vectors[*landmark]).component_mul(weights);
+            seen.fixed_rows_mut::<3>(3 * row).copy_from(&weighted);
+        }
+        // What each magnitude still pulls, kept up as they change: most are off and stay so.
+        let mut pull = self.matrix.tr_mul(&seen);
+        for (column, &magnitude) in self.gram.column_iter().zip(magnitudes.iter()) {
+            pull.axpy(-magnitude, &column, 1.0);
         }
         for _ in 0..SWEEPS {
             let mut change = 0.0_f64;
-            for j in 0..magnitudes.len() {
-                let pull: f64 = (0..magnitudes.len()).map(|k| self.gram[(k, j)] * magnitudes[k]).sum();
-                let next = (magnitudes[j] + (right[j] - pull) / self.gram[(j, j)]).clamp(0.0, 1.0);
-                change = change.max((next - magnitudes[j]).abs());
-                magnitudes[j] = next;
+            for (j, magnitude) in magnitudes.iter_mut().enumerate() {
+                let next = (*magnitude + pull[j] / self.gram[(j, j)]).clamp(0.0, 1.0);
+                let step = next - *magnitude;
+                if step != 0.0 {
+                    pull.axpy(-step, &self.gram.column(j), 1.0);
+                    *magnitude = next;
+                    change = change.max(step.abs());
+                }
             }
             if change < SETTLED {
                 break;

@@ -66,7 +66,8 @@ impl Controls {
     ) -> Self {
         let mut controls =
             Self { drivers: Vec::new(), rest: Vec::new(), lips: Vec::new(), anchors: Vec::new() };
-        let mouth_height = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |p| p.y);
+        let height = |place: &Point3<f64>| (target.level * place).y;
+        let mouth_height = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |place| height(&place));
         let is_prepared = anatomy.jaw.is_some();
         if let Some(mouth) = &anatomy.mouth {
             for (node, rim) in mouth.nodes.iter().enumerate() {
@@ -95,7 +96,7 @@ impl Controls {
             }
             let Some(place) = place else { continue };
             // Above the mouth the outline is silhouette, which slides over the skin as the head turns.
-            let slides = region == Region::Oval && place.y > mouth_height;
+            let slides = region == Region::Oval && height(&place) > mouth_height;
             if !slides {
                 controls.push(driver, place, Lip::of(landmark));
             }

@@ -52,39 +52,59 @@ pub(super) fn spread(
     held: &[HeldVertex],
     kind: WarpKind,
 ) -> Result<Warp, RigError> {
-    let spline = two_sided(target, controls, anatomy, points)?;
+    let all = vec![true; points.places.len()];
     if kind != WarpKind::Surface {
-        return Ok(spline);
+        return two_sided(target, controls, anatomy, points, &all);
     }
     match over_surface(target, controls, anatomy, held) {
-        Ok(surface) => onto_surface(&spline, &surface, anatomy, points),
+        Ok(surface) => {
+            let ring = ring_rims(anatomy, points);
+            let mut left = all;
+            for &vertex in &surface.vertices {
+                left[vertex as usize] = false;
+            }
+            for (at, rim) in ring.iter().enumerate() {
+                left[anatomy.skin_vertices() + at] = rim.is_none();
+            }
+            let spline = two_sided(target, controls, anatomy, points, &left)?;
+            onto_surface(&spline, &surface, anatomy, &ring)
+        }
         Err(fault) => {
             tracing::warn!("motion is spread through space and not over the surface: {fault}");
-            Ok(spline)
+            two_sided(target, controls, anatomy, points, &all)
         }
     }
 }
 
-/// Either side of the lips from all controls but the other lip's: a spline through both would tear neither apart.
+/// Either side of the lips from all controls but the other lip's: a spline through both would tear neither apart. Points
+/// that are not `wanted` are left at nothing.
 fn two_sided(
     target: &TargetFace,
     controls: &Controls,
     anatomy: &Anatomy,
     points: &Points,
+    wanted: &[bool],
 ) -> Result<Warp, RigError> {
     let positions = &points.places;
     let options = options(target);
     let fault = |source| RigError::Spline { what: "the target's control points", source };
-    if anatomy.mouth.is_none() {
-        return Warp::new(Kernel::Linear, &controls.rest, &controls.anchors, positions, options)
-            .map_err(fault);
-    }
+    // One that is one skin has one side, with all controls.
+    let others: &[Option<Lip>] =
+        if anatomy.mouth.is_none() { &[None] } else { &[Some(Lip::Lower), Some(Lip::Upper)] };
     let mut halves = Vec::new();
-    for (lower, other) in [(false, Lip::Lower), (true, Lip::Upper)] {
-        let members: Vec<usize> = (0..controls.rest.len()).filter(|&i| controls.lips[i] != other).collect();
+    for &other in others {
+        let members: Vec<usize> =
+            (0..controls.rest.len()).filter(|&i| other != Some(controls.lips[i])).collect();
         let centres: Vec<_> = members.iter().map(|&i| controls.rest[i]).collect();
-        let weight = |v: usize| if lower { points.sides[v] } else { 1.0 - points.sides[v] };
-        let vertices: Vec<usize> = (0..positions.len()).filter(|&v| weight(v) > 0.0).collect();
+        let weight = |v: usize| match other {
+            None => 1.0,
+            Some(Lip::Upper) => points.sides[v],
+            Some(_) => 1.0 - points.sides[v],
+        };
+        let vertices: Vec<usize> = (0..positions.len()).filter(|&v| wanted[v] && weight(v) > 0.0).collect();
+        if vertices.is_empty() {
+            continue;
+        }
         let places: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
         let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &places, options).map_err(fault)?;
         let weights: Vec<f32> = vertices.iter().map(|&v| weight(v)).collect();
@@ -182,12 +202,9 @@ fn onto_surface(
     spline: &Warp,
     surface: &SurfaceWarp,
     anatomy: &Anatomy,
-    points: &Points,
+    ring: &[Option<usize>],
 ) -> Result<Warp, RigError> {
     let skin = anatomy.skin_vertices();
-    let ring: Vec<Option<usize>> = (skin..points.places.len())
-        .map(|at| nearest_rim(anatomy, &points.places[at], points.sides[at]))
-        .collect();
     Warp::from_columns(spline.vertices(), spline.controls(), |control, column| {
         column.copy_from_slice(spline.column(control));
         for (&vertex, share) in surface.vertices.iter().zip(surface.column(control)) {
@@ -200,6 +217,12 @@ fn onto_surface(
         }
     })
     .map_err(|source| RigError::Spline { what: "the target's surface", source })
+}
+
+/// Of each point of the cavity's ring the rim's vertex from which it hangs.
+fn ring_rims(anatomy: &Anatomy, points: &Points) -> Vec<Option<usize>> {
+    let ring = anatomy.skin_vertices()..points.places.len();
+    ring.map(|at| nearest_rim(anatomy, &points.places[at], points.sides[at])).collect()
 }
 
 fn nearest_rim(anatomy: &Anatomy, place: &Point3<f64>, side: f32) -> Option<usize> {

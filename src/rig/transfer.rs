@@ -40,9 +40,8 @@ impl Transfer {
         let level = |p: &Point3<f64>| match rule {
             TransferRule::Spline if source.has_depth => spline.jacobian(p),
             TransferRule::Spline => along_sight(spline.jacobian(p)),
-            TransferRule::Copy => Matrix3::identity(),
             TransferRule::Mouth if p.y < nose => Matrix3::from_diagonal_element(mouth),
-            TransferRule::Mouth => Matrix3::identity(),
+            TransferRule::Copy | TransferRule::Mouth => Matrix3::identity(),
             TransferRule::Eyes => Matrix3::from_diagonal_element(eyes),
             TransferRule::Axes => Matrix3::from_diagonal(&axes),
         };
@@ -100,11 +99,14 @@ fn extents(source: &SourceFace, target: &TargetFace) -> Vector3<f64> {
             Some(((source.level * source.points[i]).coords, (target.level * target.landmarks[i]?).coords))
         })
         .collect();
-    let spread = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
-        let count = pairs.len().max(1) as f64;
-        let mean: Vector3<f64> = pairs.iter().map(of).sum::<Vector3<f64>>() / count;
-        let squares: Vector3<f64> = pairs.iter().map(|pair| (of(pair) - mean).map(|c| c * c)).sum();
-        squares.map(|s| (s / count).sqrt().max(f64::MIN_POSITIVE))
-    };
-    spread(&|pair| pair.1).component_div(&spread(&|pair| pair.0))
+    let (from, to): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
+    spread(&to).component_div(&spread(&from))
+}
+
+/// Root mean square distance from the mean along each axis.
+fn spread(points: &[Vector3<f64>]) -> Vector3<f64> {
+    let count = points.len().max(1) as f64;
+    let mean = points.iter().sum::<Vector3<f64>>() / count;
+    let squares: Vector3<f64> = points.iter().map(|point| (point - mean).map(|c| c * c)).sum();
+    squares.map(|s| (s / count).sqrt().max(f64::MIN_POSITIVE))
 }

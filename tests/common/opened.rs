@@ -4,13 +4,14 @@ use std::path::Path;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use understudy::{
+    actions::Catalogue,
     anatomy::{Anatomy, Omission, Part, PartKind},
     assets::Assets,
     lift::{EyeState, Eyes, Side},
     pipeline::{Networks, Target, TargetOptions},
-    rig::{Method, Puppet, TargetFace},
+    rig::{Puppet, TargetFace, WarpKind},
     scan::{Mesh, Surface},
-    tracking::TrackerOptions,
+    tracking::{SKIN_LANDMARK_COUNT, TrackerOptions},
     view::Gpu,
 };
 
@@ -55,8 +56,13 @@ impl Opened {
     }
 
     pub fn puppet(&self) -> Puppet {
-        let warp = Method::default().warp;
-        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, &[], warp).unwrap()
+        self.puppet_with(WarpKind::default())
+    }
+
+    /// The same with another warp.
+    pub fn puppet_with(&self, warp: WarpKind) -> Puppet {
+        let points = Catalogue::get().place(&self.landmarks, &self.surface).split_off(SKIN_LANDMARK_COUNT);
+        Puppet::new(&self.face(), &self.anatomy, &self.surface, &|_| None, &points, warp).unwrap()
     }
 
     pub fn part(&self, kind: PartKind) -> Option<&Part> {
