@@ -168,7 +168,12 @@ fn lips_part_as_far_as_the_performers_over_the_whole_clip() {
             for (pair, (found, wanted)) in gaps(acting, &posed).iter().zip(&wanted).enumerate() {
                 let off = (found - wanted).abs();
                 worst = worst.max(off);
-                assert!(off < 1.0, "{name}, pair {pair} of frame {}: {found} mm for {wanted}", frame.index);
+                // A millimetre, or six parts in a hundred of a wide gap.
+                assert!(
+                    off < f64::max(1.0, 0.06 * wanted),
+                    "{name}, pair {pair} of frame {}: {found} mm for {wanted}",
+                    frame.index
+                );
             }
             widest = widest.max(range(&wanted).1);
             if range(&wanted).1 <= 0.0 {
