@@ -13,18 +13,19 @@ use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 use understudy::{
     actions::{ActionFacts, ActionKey, ActionLibrary, Catalogue, Measured, measure_moved},
-    anatomy::{SidedSkin, eye_landmarks},
+    anatomy::{Lip, SidedSkin, SkinPlace, eye_landmarks},
     assets::Assets,
     export::{Pc2Reader, write_library},
     lift::Side,
-    pipeline::{Networks, Target, TargetOptions},
-    scan::{Anchor, Surface, read_mesh},
-    tracking::{SKIN_LANDMARK_COUNT, TrackerOptions, landmark_table},
+    pipeline::{Networks, Target, TargetOptions, read_canonical_face},
+    scan::{Anchor, Mesh, Surface, read_mesh},
+    spline::{Kernel, Options, Regularisation, Spline},
+    tracking::{SKIN_LANDMARK_COUNT, TrackerOptions, is_outline, landmark_table},
     view::Gpu,
 };
 
 #[derive(Parser)]
-struct Options {
+struct Arguments {
     /// What `scripts/export_action_faces.py` wrote
     faces: PathBuf,
     /// The library
@@ -48,10 +49,11 @@ struct Face {
 type Vectors = Vec<Option<Vector3<f64>>>;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse();
+    let options = Arguments::parse();
     let text = std::fs::read_to_string(options.faces.join("faces.json"))?;
     let faces: Faces = serde_json::from_str(&text)?;
     let mut library: Option<ActionLibrary> = None;
+    let mut ict: Option<Vec<Option<SkinPlace>>> = None;
     let mut makehuman: Option<Vec<Option<Anchor>>> = None;
     for face in &faces.faces {
         let path = options.faces.join(format!("{}.obj", face.name));
@@ -72,7 +74,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             landmarks
         } else {
-            faces.ict_landmarks.iter().map(|&v| mesh.positions.get(v).copied()).collect()
+            if ict.is_none() {
+                ict = Some(ict_landmarks(&faces.ict_landmarks, &mesh, &surface)?);
+            }
+            let places = ict.as_deref().unwrap_or_default();
+            places.iter().map(|place| place.as_ref()?.on(&mesh.positions)).collect()
         };
         let mut shapes = Pc2Reader::open(&options.faces.join(format!("{}.pc2", face.name)))?;
         let skin = SidedSkin::of_scan(&mesh, &surface, &landmarks).ok_or("a face without triangles")?;
@@ -134,6 +140,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write_library(&options.output, &library)?;
     Ok(())
+}
+
+/// The landmarks of ICT-FaceKit's mean face. Where its table gives one vertex to several landmarks, as around the corners of
+/// the upper lip, they are carried over from the canonical face by the others.
+fn ict_landmarks(
+    vertices: &[usize],
+    mesh: &Mesh,
+    surface: &Surface,
+) -> Result<Vec<Option<SkinPlace>>, Box<dyn Error>> {
+    let canonical = read_canonical_face(&Assets::locate()?.verified("canonical_face")?)?;
+    let own: Vec<Point3<f64>> = vertices
+        .iter()
+        .map(|&v| mesh.positions.get(v).copied().ok_or("no such vertex"))
+        .collect::<Result<_, _>>()?;
+    let is_shared = |i: usize| vertices.iter().filter(|&&v| v == vertices[i]).count() > 1;
+    let (centres, values): (Vec<_>, Vec<_>) = (0..SKIN_LANDMARK_COUNT)
+        .filter(|&i| !is_shared(i) && !is_outline(i))
+        .map(|i| (canonical[i], own[i].coords))
+        .unzip();
+    let options = Options { regularisation: Regularisation::UnitBox(1e-5), ..Options::default() };
+    let carry = Spline::fit(Kernel::ThinPlate, &centres, &values, options)?;
+    let rough: Vec<Option<Point3<f64>>> = (0..SKIN_LANDMARK_COUNT)
+        .map(|i| Some(if is_shared(i) { carry.evaluate(&canonical[i]).into() } else { own[i] }))
+        .collect();
+    let skin = SidedSkin::of_scan(mesh, surface, &rough).ok_or("no triangles")?;
+    Ok(rough.iter().enumerate().map(|(i, place)| skin.nearest(Lip::of(i), (*place)?)).collect())
 }
 
 /// The networks' landmarks of one face, as places on the mesh that its likes share.
