@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use understudy::{
     actions::{Action, ActionKey, ActionLibrary, Catalogue},
     lift::Side,
-    tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
+    tracking::{SKIN_LANDMARK_COUNT, index, landmark_table},
 };
 
 static JAMES: LazyLock<Opened> = LazyLock::new(|| Opened::load(&james()));
@@ -97,15 +97,13 @@ fn left_and_right_mirror_each_other() {
     }
 }
 
-/// The table of ICT-FaceKit's vertices gives eight landmarks of either upper lip one vertex, and three another; no others.
+/// The table of ICT-FaceKit's vertices gives eight landmarks of either upper lip one vertex: the average face must not.
 #[test]
-fn few_landmarks_of_the_face_share_a_place() {
+fn no_two_landmarks_of_the_face_share_a_place() {
     let face = &ActionLibrary::built_in().face[..SKIN_LANDMARK_COUNT];
     let shares = |i: usize| (0..face.len()).any(|j| i != j && (face[i] - face[j]).norm() < 0.05);
     let shared: Vec<usize> = (0..face.len()).filter(|&i| shares(i)).collect();
-    println!("{shared:?}");
-    assert!(shared.len() <= 22, "{} landmarks share a place: {shared:?}", shared.len());
-    assert!(shared.iter().all(|&i| landmark_table()[i].region == Region::Lips), "{shared:?}");
+    assert!(shared.is_empty(), "{shared:?}");
 }
 
 #[test]
