@@ -21,7 +21,7 @@ const STAYING: f64 = 1.2;
 /// Moments on a score's sheet.
 const MOMENTS: usize = 8;
 /// Digits that a file's coordinates keep: more than scanners write, fewer than arithmetic blurs.
-const DIGITS: i32 = 12;
+const DIGITS: i32 = 14;
 
 /// What is played.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,9 +82,11 @@ impl ActionTake<'_> {
         let mesh = &self.target.anatomy.mesh;
         let placement = &self.target.scan.placement;
         let moved = mesh.positions.iter().zip(&frame.positions).zip(self.rig.puppet().rest());
+        let extent = mesh.positions.iter().map(|p| placement.to_own(*p).coords.amax()).fold(0.0, f64::max);
+        let places = decimals(extent);
         let positions = moved.map(|((rest, now), before)| {
             let step = Vector3::from(std::array::from_fn(|k| f64::from(now[k]) - f64::from(before[k])));
-            (placement.to_own(*rest) + placement.vector_to_own(step)).map(rounded)
+            (placement.to_own(*rest) + placement.vector_to_own(step)).map(|value| rounded(value, places))
         });
         Ok(write_obj(path, &Mesh { positions: positions.collect(), ..mesh.clone() })?)
     }
@@ -183,12 +185,13 @@ pub fn draw(
     Ok(RgbaImage::from_raw(width, height, rgba).ok_or_else(wrong)?)
 }
 
-/// A number to so many digits: there and back between two frames blurs the last ones.
-fn rounded(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let places = (DIGITS - 1 - value.abs().log10().floor() as i32).clamp(0, 20);
+/// Decimals that numbers up to `extent` keep: there and back between two frames blurs the last ones.
+fn decimals(extent: f64) -> i32 {
+    let before_the_point = extent.max(1e-3).log10().floor() as i32 + 1;
+    (DIGITS - before_the_point).clamp(0, 16)
+}
+
+fn rounded(value: f64, places: i32) -> f64 {
     let scale = 10.0_f64.powi(places);
     (value * scale).round() / scale
 }
@@ -202,7 +205,7 @@ mod tests {
         for text in ["51.109501", "-0.281312", "1234.5678", "0.000123456", "-90.773521"] {
             let value: f64 = text.parse().unwrap();
             let blurred = (value + 17.3) * 1.0 - 17.3;
-            assert_eq!(rounded(blurred).to_string(), value.to_string());
+            assert_eq!(rounded(blurred, decimals(1500.0)).to_string(), value.to_string());
         }
     }
 

@@ -21,6 +21,7 @@ mod skin;
 mod source;
 mod spread;
 mod target;
+mod teeth_guard;
 mod transfer;
 
 pub use action_rig::{ActionRig, facing};

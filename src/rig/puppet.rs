@@ -2,7 +2,10 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Controls, Driver, RigError, TargetFace, WarpKind, regions::split_warp, skin::SkinWarp};
+use super::{
+    Controls, Driver, RigError, TargetFace, WarpKind, regions::split_warp, skin::SkinWarp,
+    teeth_guard::room_before_teeth,
+};
 use crate::{
     anatomy::{Anatomy, CHIN, Jaw, JawPose, Part, PartKind},
     lift::{EyeState, Eyes, Side},
@@ -72,6 +75,8 @@ pub struct Puppet {
     chin: [Option<usize>; CHIN.len()],
     /// Out of the face, scan frame.
     out: Vector3<f64>,
+    /// How far back each control may go, millimetres.
+    room: Vec<f64>,
     level: Rotation3<f64>,
     eyes: [Option<Point3<f64>>; 2],
     parts: Vec<Part>,
@@ -107,6 +112,7 @@ impl Puppet {
             skin,
             chin: CHIN.map(|landmark| controls.of_landmark(landmark)),
             out: anatomy.frame.map_or_else(Vector3::z, |frame| frame.leave_vector(&Vector3::z())),
+            room: room_before_teeth(target, anatomy, &controls.rest),
             level: target.level,
             eyes: [0, 1].map(|eye| anatomy.eyes[eye].as_ref().map(|eye| eye.centre)),
             parts: anatomy.parts.clone(),
@@ -170,7 +176,7 @@ impl Puppet {
         let bones = self.bones(&pose, eyes);
         let opened = (pose.opening / OPENED).clamp(0.0, 1.0);
         let controls = self.controls.drivers.iter().zip(&self.controls.rest).zip(&self.skin.jaw_shares);
-        for (to, ((driver, rest), &share)) in out.iter_mut().zip(controls) {
+        for ((to, ((driver, rest), &share)), room) in out.iter_mut().zip(controls).zip(&self.room) {
             let mut vector = moved(*driver);
             if self.jaw.is_some() {
                 let rigid = (bones.jaw * rest - rest) * share;
@@ -182,6 +188,10 @@ impl Puppet {
                     vector += ray * ((rigid - vector).dot(&self.out) * bony / ray.dot(&self.out));
                 }
                 vector -= rigid;
+            }
+            // What a camera saw stays where it was seen; what was measured on another face meets this one's teeth.
+            if camera.is_none() {
+                vector += self.out * (-room - vector.dot(&self.out)).max(0.0);
             }
             *to = vector.map(|v| v as f32).into();
         }

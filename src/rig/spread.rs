@@ -59,15 +59,16 @@ pub(super) fn spread(
     match over_surface(target, controls, anatomy, held) {
         Ok(surface) => {
             let ring = ring_rims(anatomy, points);
+            let trust = trusted(&surface, controls.rest.len());
             let mut left = all;
-            for &vertex in &surface.vertices {
-                left[vertex as usize] = false;
+            for (&vertex, trust) in surface.vertices.iter().zip(&trust) {
+                left[vertex as usize] = *trust < 1.0;
             }
             for (at, rim) in ring.iter().enumerate() {
                 left[anatomy.skin_vertices() + at] = rim.is_none();
             }
             let spline = two_sided(target, controls, anatomy, points, &left)?;
-            onto_surface(&spline, &surface, anatomy, &ring)
+            onto_surface(&spline, &surface, &trust, anatomy, &ring)
         }
         Err(fault) => {
             tracing::warn!("motion is spread through space and not over the surface: {fault}");
@@ -201,14 +202,16 @@ fn beyond(positions: &[Point3<f64>], points: &[Point3<f64>], reach: f64) -> Vec<
 fn onto_surface(
     spline: &Warp,
     surface: &SurfaceWarp,
+    trust: &[f32],
     anatomy: &Anatomy,
     ring: &[Option<usize>],
 ) -> Result<Warp, RigError> {
     let skin = anatomy.skin_vertices();
     Warp::from_columns(spline.vertices(), spline.controls(), |control, column| {
         column.copy_from_slice(spline.column(control));
-        for (&vertex, share) in surface.vertices.iter().zip(surface.column(control)) {
-            column[vertex as usize] = *share;
+        for ((&vertex, share), trust) in surface.vertices.iter().zip(surface.column(control)).zip(trust) {
+            let through_space = &mut column[vertex as usize];
+            *through_space += (share - *through_space) * trust;
         }
         for (at, rim) in ring.iter().enumerate() {
             if let Some(rim) = *rim {
@@ -217,6 +220,20 @@ fn onto_surface(
         }
     })
     .map_err(|source| RigError::Spline { what: "the target's surface", source })
+}
+
+/// How far each of the surface's vertices is to be moved by it, 0..=1. Between handles shares add up to little more than 1;
+/// far beyond the last ones, on the insides of mouths and sockets, they are differences of large numbers.
+fn trusted(surface: &SurfaceWarp, controls: usize) -> Vec<f32> {
+    const FULL: f32 = 3.0;
+    const NONE: f32 = 6.0;
+    let mut sums = vec![0.0_f32; surface.vertices.len()];
+    for control in 0..controls {
+        for (sum, share) in sums.iter_mut().zip(surface.column(control)) {
+            *sum += share.abs();
+        }
+    }
+    sums.iter().map(|sum| ((NONE - sum) / (NONE - FULL)).clamp(0.0, 1.0)).collect()
 }
 
 /// Of each point of the cavity's ring the rim's vertex from which it hangs.
