@@ -121,6 +121,9 @@ impl Express {
         let outputs = self.outputs()?;
         let playing = self.playing()?;
         let library = library(self.from.as_deref())?;
+        for key in playing.actions() {
+            library.get(key)?;
+        }
         let method = self.method.method();
         let assets = Assets::locate()?;
         let gpu = Gpu::headless()?;
@@ -143,7 +146,6 @@ impl Express {
             Playing::Expression(weights) => weights.clone(),
             Playing::Score(score) => score.at(score.end()),
         };
-        rig.check(&last)?;
         let rate = FrameRate::nearest(self.fps);
         let take = ActionTake { target: &target, rig: &rig, playing: &playing, rate };
         let frames = playing.times(rate).len() as u64;

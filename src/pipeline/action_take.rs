@@ -7,7 +7,7 @@ use nalgebra::{MatrixXx3, Vector3};
 
 use super::{ControlMotion, GlbReport, HeadMode, PipelineError, Stage, Target, glb_take::write_take_glb};
 use crate::{
-    actions::{ActionWeights, Score},
+    actions::{ActionKey, ActionWeights, Score},
     capture::{FrameRate, Timestamp},
     export::{Mp4Settings, Mp4Writer, Pc2Writer, write_obj},
     rig::{ActionRig, AvatarFrame},
@@ -43,6 +43,14 @@ impl Playing {
                 let ramp = (seconds.min(from_end) / COMING).clamp(0.0, 1.0);
                 ActionWeights::default().towards(weights, ramp * ramp * (3.0 - 2.0 * ramp))
             }
+        }
+    }
+
+    /// The actions that are on at some time.
+    pub fn actions(&self) -> Vec<ActionKey> {
+        match self {
+            Self::Expression(weights) => weights.iter().map(|(key, _)| key).collect(),
+            Self::Score(score) => score.actions().collect(),
         }
     }
 

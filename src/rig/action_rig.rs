@@ -6,7 +6,7 @@ use super::{
     AvatarFrame, Bones, Controls, LipDrive, Method, Puppet, RigError, SourceFace, TargetFace, drive::Drive,
 };
 use crate::{
-    actions::{ActionError, ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
+    actions::{ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
     anatomy::Anatomy,
     head::rotation_between,
     lift::{EyeState, Eyes, Side},
@@ -24,7 +24,6 @@ const STILL: f64 = 4.0;
 pub struct ActionRig {
     drive: Drive,
     merge: Merge,
-    library: String,
     actions: Vec<Dense>,
 }
 
@@ -62,7 +61,7 @@ impl ActionRig {
             }
             Dense { key: action.key, closure: action.closure, vectors }
         });
-        Ok(Self { drive, merge, library: library.name.clone(), actions: dense.collect() })
+        Ok(Self { drive, merge, actions: dense.collect() })
     }
 
     /// The target, as something that moves.
@@ -83,18 +82,6 @@ impl ActionRig {
     /// A frame to hand to [`ActionRig::pose`] again and again.
     pub fn new_frame(&self) -> AvatarFrame {
         self.drive.puppet.new_frame()
-    }
-
-    /// Refuses weights that name actions which the library has not got.
-    pub fn check(&self, weights: &ActionWeights) -> Result<(), ActionError> {
-        match weights.iter().find(|(key, _)| self.action(*key).is_none()) {
-            None => Ok(()),
-            Some((key, _)) => Err(ActionError::NotInLibrary {
-                library: self.library.clone(),
-                unit: key.to_string(),
-                has: self.actions.iter().map(|a| a.key.to_string()).collect::<Vec<_>>().join(", "),
-            }),
-        }
     }
 
     /// The avatar for these magnitudes; actions that the library has not got do nothing.
