@@ -1,10 +1,8 @@
-//! From the performer's displacements to the target's vertices.
+//! From a source's displacements, a performer's or a library's of action units, to the target's vertices.
 //!
-//! Follows 000 §5.6: control points are carried from source to target by the landmark spline and snapped to the
-//! surface, their displacements are transferred, and a spline through them warps the mesh. Different here: the source's
-//! motion is measured, not modelled; the vectors' rule is the spline's own (`transfer`), with the thesis's beside it;
-//! the warp's kernel is r, the biharmonic one of space, which stays local where lips nearly touch; both are multiplied
-//! out before the first frame.
+//! Follows 000 §5.6: control points are placed on the target, their displacements are transferred, and a warp through them
+//! moves the mesh. Different here: the vectors' rule is the landmark spline's own (`transfer`) and the warp spreads over
+//! the surface (`spread`), with the thesis's beside both (`method`); all is multiplied out before the first frame.
 
 mod action_rig;
 mod action_solver;
