@@ -16,9 +16,9 @@ use nalgebra::{Point3, Vector3, center};
 use understudy::{
     anatomy::{
         BETWEEN_JAW_AND_SKULL, CHIN, FaceFrame, INNER_CORNERS, Jaw, JawPose, LOWER_INNER, LOWER_LIP, Mouth,
-        ON_JAW, UPPER_INNER,
+        ON_JAW, UPPER_INNER, lid_shares,
     },
-    lift::{Expression, Eyes},
+    lift::{Expression, Eyes, Side},
     rig::{AvatarFrame, SourceFace, Transfer, TransferRule},
     tracking::index,
 };
@@ -294,4 +294,29 @@ fn a_dropping_jaw_does_not_swing() {
     let swing = products / squares;
     println!("opens by {widest:.3} rad, and swings by {swing:.3} of that");
     assert!(widest > 0.25 && swing.abs() < 0.06, "opens by {widest} rad, and swings by {swing} of that");
+}
+
+/// A blink moves the skin around the eyes too; the lids must not close by both.
+#[test]
+fn lids_go_where_their_own_shapes_take_them() {
+    let rest = &JAMES.opened.anatomy.mesh.positions;
+    let (mut worst, mut blinks) = (0.0_f64, 0);
+    for frame in CLIP.frames.iter().step_by(2) {
+        let posed = points(&JAMES.posed(&frame.expression).positions);
+        for side in Side::BOTH {
+            let lids = &JAMES.opened.anatomy.eye(side).unwrap().lids;
+            let shut = lids.shapes.last().unwrap();
+            let farthest =
+                (0..shut.len()).max_by(|&a, &b| shut[a].norm().total_cmp(&shut[b].norm())).unwrap();
+            let closure = frame.expression.eyes.of(side).closure;
+            blinks += usize::from(closure > 0.8);
+            let shares = lid_shares(closure);
+            let wanted: Vector3<f64> =
+                lids.shapes.iter().zip(shares).map(|(shape, share)| shape[farthest] * share).sum();
+            let vertex = lids.vertices[farthest] as usize;
+            worst = worst.max((posed[vertex] - rest[vertex] - wanted).norm() / shut[farthest].norm());
+        }
+    }
+    println!("{blinks} shut eyes, a rim up to {worst:.2} of its way off");
+    assert!(blinks > 5 && worst < 0.25, "{blinks} shut eyes, {worst:.2} off");
 }

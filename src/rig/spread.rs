@@ -59,7 +59,8 @@ pub(super) fn spread(
     match over_surface(target, controls, anatomy, held) {
         Ok(surface) => {
             let ring = ring_rims(anatomy, points);
-            let trust = trusted(&surface, controls.rest.len());
+            let mut trust = trusted(&surface, controls.rest.len());
+            leave_lids(anatomy, &surface, &mut trust);
             let mut left = all;
             for (&vertex, trust) in surface.vertices.iter().zip(&trust) {
                 left[vertex as usize] = *trust < 1.0;
@@ -234,6 +235,23 @@ fn trusted(surface: &SurfaceWarp, controls: usize) -> Vec<f32> {
         }
     }
     sums.iter().map(|sum| ((NONE - sum) / (NONE - FULL)).clamp(0.0, 1.0)).collect()
+}
+
+/// Prepared lids have shapes of their own and hang by their corners. Over the surface the skin around them, which a blink
+/// moves too, would pull their free rims along and close them twice: they keep the spline, the more the farther they close.
+fn leave_lids(anatomy: &Anatomy, surface: &SurfaceWarp, trust: &mut [f32]) {
+    /// Of a lid's longest way the share from which on it is left alone.
+    const LID: f64 = 0.25;
+    for eye in anatomy.eyes.iter().flatten() {
+        let Some(shut) = eye.lids.shapes.last() else { continue };
+        let longest = shut.iter().map(nalgebra::Vector3::norm).fold(f64::MIN_POSITIVE, f64::max);
+        for (vertex, way) in eye.lids.vertices.iter().zip(shut) {
+            if let Ok(at) = surface.vertices.binary_search(vertex) {
+                let own = (way.norm() / (LID * longest)).min(1.0) as f32;
+                trust[at] = trust[at].min(1.0 - own);
+            }
+        }
+    }
 }
 
 /// Of each point of the cavity's ring the rim's vertex from which it hangs.
