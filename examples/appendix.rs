@@ -4,9 +4,13 @@
 //! `cargo run --release --example appendix -- FACES --scan scan.obj -o sheet.png`, with FACES made by
 //! `scripts/export_action_faces.py`.
 
+#[path = "shared/eyeballs.rs"]
+mod eyeballs;
+
 use std::{error::Error, path::PathBuf};
 
 use clap::Parser;
+use eyeballs::add_eyeball;
 use image::RgbaImage;
 use nalgebra::{Matrix4, Point3, Rotation3, Vector3};
 use serde::Deserialize;
@@ -16,7 +20,7 @@ use understudy::{
     assets::Assets,
     export::Pc2Reader,
     lift::Side,
-    pipeline::{HeadMode, Networks, Photographer, Stage, Target, TargetOptions, draw},
+    pipeline::{HeadMode, Networks, Photographer, Stage, Target, TargetOptions},
     rig::{ActionRig, Method, TargetFace, facing},
     scan::{Mesh, NormalSolver, Surface, read_mesh},
     tracking::{LANDMARK_COUNT, TrackerOptions},
@@ -178,7 +182,8 @@ fn ladders(options: &Options, gpu: &Gpu) -> Result<Vec<(RgbaImage, String)>, Box
         for magnitude in MAGNITUDES {
             let mut weights = ActionWeights::default();
             weights.set_text(&format!("{au}={magnitude}"))?;
-            cells.push((draw(&rig, &weights, &mut stage, &mut frame)?, format!("AU{au}, m = {magnitude}")));
+            rig.pose(&weights, &mut frame)?;
+            cells.push((stage.picture(&frame)?, format!("AU{au}, m = {magnitude}")));
         }
     }
     Ok(cells)
@@ -203,8 +208,12 @@ impl Easel {
         let mut mesh =
             Mesh { positions: positions.to_vec(), triangles: face.mesh.triangles.clone(), ..Mesh::default() };
         mesh.colours = vec![[0.74, 0.6, 0.52]; positions.len()];
-        for side in Side::BOTH {
-            add_ball(&mut mesh, face, side);
+        for eye in Side::BOTH.map(eye_landmarks) {
+            if let Some((outer, inner)) = face.landmarks[eye.outer].zip(face.landmarks[eye.inner]) {
+                let radius = 0.42 * (outer - inner).norm();
+                let centre = nalgebra::center(&outer, &inner) - Vector3::z() * (0.5 * radius);
+                add_eyeball(&mut mesh, centre, radius);
+            }
         }
         let moved = mesh.positions_f32();
         let normals = NormalSolver::once(&mesh.triangles, &moved);
@@ -215,38 +224,6 @@ impl Easel {
         let radius = 1.25 * (at(33) - at(263)).norm();
         let camera = Photographer::camera(centre, radius, &Rotation3::identity(), [SIDE; 2]);
         self.renderer.draw(&model, &moved, &normals, &Matrix4::identity(), &camera, &Look::default())?;
-        self.renderer.submit()?;
-        let mut rgba = Vec::new();
-        self.renderer.fetch(&mut rgba)?;
-        Ok(RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or("the picture came back in another size")?)
-    }
-}
-
-fn add_ball(mesh: &mut Mesh, face: &Face, side: Side) {
-    const STEPS: usize = 20;
-    let eye = eye_landmarks(side);
-    let Some((outer, inner)) = face.landmarks[eye.outer].zip(face.landmarks[eye.inner]) else { return };
-    let radius = 0.42 * (outer - inner).norm();
-    let centre = nalgebra::center(&outer, &inner) - Vector3::z() * (0.5 * radius);
-    let first = mesh.positions.len();
-    for i in 0..=STEPS {
-        let polar = std::f64::consts::PI * i as f64 / STEPS as f64;
-        for j in 0..STEPS {
-            let around = std::f64::consts::TAU * j as f64 / STEPS as f64;
-            let way = Vector3::new(polar.sin() * around.cos(), polar.sin() * around.sin(), polar.cos());
-            mesh.positions.push(centre + way * radius);
-            mesh.colours.push(match polar {
-                p if p < 0.2 => [0.03; 3],
-                p if p < 0.55 => [0.3, 0.22, 0.15],
-                _ => [0.85; 3],
-            });
-        }
-    }
-    let at = |i: usize, j: usize| (first + i * STEPS + j % STEPS) as u32;
-    for i in 0..STEPS {
-        for j in 0..STEPS {
-            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
-            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
-        }
+        Ok(self.renderer.read_picture()?)
     }
 }

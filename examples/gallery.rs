@@ -151,10 +151,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                         expression.eyes.right.closure = 0.0;
                     }
                     rig.pose(&expression, &mut frame)?;
-                    let mut rgba = Vec::new();
-                    stage.submit(&frame)?;
-                    stage.fetch(&mut rgba)?;
-                    *slot = RgbaImage::from_raw(size[0], size[1], rgba);
+                    *slot = Some(stage.picture(&frame)?);
                 }
             }
         }

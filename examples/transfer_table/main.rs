@@ -5,6 +5,8 @@
 
 mod cross;
 mod exact;
+#[path = "../shared/eyeballs.rs"]
+mod eyeballs;
 mod product;
 mod protocol;
 

@@ -1,12 +1,11 @@
 //! Transfer as the program does it: a library measured on the source face, tied to the target, with landmarks at known
 //! places or found by the networks on pictures of both.
 
-use std::{io::Write, path::Path};
-
 use nalgebra::{Point3, Vector3};
 use understudy::{
     actions::{ActionKey, ActionLibrary, ActionWeights, Merge, measure_moved},
     anatomy::{Anatomy, SidedSkin},
+    export::write_obj,
     pipeline::{Networks, Target, TargetOptions},
     rig::{ActionRig, Method, TargetFace, WarpKind, facing},
     scan::{Mesh, Surface},
@@ -14,7 +13,10 @@ use understudy::{
     view::Gpu,
 };
 
-use crate::protocol::{Face, Outcome, Protocol};
+use crate::{
+    eyeballs::add_eyeball,
+    protocol::{Face, Outcome, Protocol},
+};
 
 pub type Landmarks = Vec<Option<Point3<f64>>>;
 
@@ -36,7 +38,7 @@ impl Finder<'_> {
     /// is photographed with balls in them; `None` where no face is found at all.
     pub fn find(&mut self, protocol: &Protocol, mesh: &Mesh) -> Outcome<Option<Landmarks>> {
         let file = tempfile::Builder::new().suffix(".obj").tempfile()?;
-        write_with_eyes(file.path(), protocol, mesh)?;
+        write_obj(file.path(), &with_eyes(protocol, mesh))?;
 
         let loaded =
             Target::load(file.path(), &TargetOptions::default(), self.gpu, &mut self.networks.tracker);
@@ -52,7 +54,7 @@ impl Finder<'_> {
 }
 
 /// Skin, brows and lips: the model has no texture, and no scan is without.
-fn paint(protocol: &Protocol, mesh: &Mesh, point: &Point3<f64>) -> String {
+fn paint(protocol: &Protocol, mesh: &Mesh, point: &Point3<f64>) -> [f32; 3] {
     const SKIN: [f64; 3] = [0.72, 0.56, 0.48];
     /// Full colour up to so many millimetres from a landmark of brows or lips, none from as many more.
     const FULL: f64 = 3.0;
@@ -65,57 +67,26 @@ fn paint(protocol: &Protocol, mesh: &Mesh, point: &Point3<f64>) -> String {
         _ => SKIN,
     };
     let share = (2.0 - away / FULL).clamp(0.0, 1.0);
-    let mixed: Vec<String> =
-        SKIN.iter().zip(colour).map(|(skin, own)| format!("{:.3}", skin + (own - skin) * share)).collect();
-    mixed.join(" ")
+    std::array::from_fn(|k| (SKIN[k] + (colour[k] - SKIN[k]) * share) as f32)
 }
 
 /// The mesh in the colours of a face, with white balls that have irises.
-fn write_with_eyes(path: &Path, protocol: &Protocol, mesh: &Mesh) -> Outcome<()> {
-    const STEPS: usize = 24;
-    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    for p in &mesh.positions {
-        writeln!(file, "v {} {} {} {}", p.x, p.y, p.z, paint(protocol, mesh, p))?;
-    }
-    let mut faces = mesh.triangles.clone();
-    let mut first = mesh.positions.len() as u32;
-    for eye in ["right_eye", "left_eye"] {
-        let Some(rim) = protocol.rims.get(eye) else { continue };
+fn with_eyes(protocol: &Protocol, mesh: &Mesh) -> Mesh {
+    let mut seen = Mesh {
+        positions: mesh.positions.clone(),
+        triangles: mesh.triangles.clone(),
+        colours: mesh.positions.iter().map(|p| paint(protocol, mesh, p)).collect(),
+        ..Mesh::default()
+    };
+    for rim in ["right_eye", "left_eye"].iter().filter_map(|eye| protocol.rims.get(*eye)) {
         let rim: Vec<_> =
             rim.upper.iter().chain(&rim.lower).chain(&rim.corners).map(|&v| mesh.positions[v]).collect();
         let middle = rim.iter().map(|p| p.coords).sum::<Vector3<f64>>() / rim.len() as f64;
         let width = rim.iter().map(|p| (p.coords - middle).norm()).fold(0.0, f64::max);
         let radius = 0.82 * width;
-        let centre = middle - Vector3::z() * (0.62 * radius);
-        for i in 0..=STEPS {
-            // From the pupil backwards.
-            let polar = std::f64::consts::PI * i as f64 / STEPS as f64;
-            let colour = match polar {
-                p if p < 0.2 => "0.02 0.02 0.02",
-                p if p < 0.5 => "0.25 0.17 0.1",
-                _ => "0.85 0.85 0.85",
-            };
-            for j in 0..STEPS {
-                let around = std::f64::consts::TAU * j as f64 / STEPS as f64;
-                let p = centre
-                    + Vector3::new(polar.sin() * around.cos(), polar.sin() * around.sin(), polar.cos())
-                        * radius;
-                writeln!(file, "v {} {} {} {colour}", p.x, p.y, p.z)?;
-            }
-        }
-        let at = |i: usize, j: usize| first + (i * STEPS + j % STEPS) as u32;
-        for i in 0..STEPS {
-            for j in 0..STEPS {
-                faces.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
-                faces.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
-        }
-        first += ((STEPS + 1) * STEPS) as u32;
+        add_eyeball(&mut seen, Point3::from(middle - Vector3::z() * (0.62 * radius)), radius);
     }
-    for [a, b, c] in faces {
-        writeln!(file, "f {} {} {}", a + 1, b + 1, c + 1)?;
-    }
-    Ok(file.flush()?)
+    seen
 }
 
 /// A source's expressions as a library, an action each.

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use image::RgbaImage;
 use nalgebra::Isometry3;
 use understudy::{
     export::Pc2Reader,
@@ -80,12 +79,8 @@ impl Render {
         let look = if self.transparent { look.before(Background::Transparent) } else { look };
         let camera = camera(&mesh, self.size).orbit(self.yaw.to_radians(), self.pitch.to_radians());
         let world = Isometry3::identity().to_homogeneous();
-        let mut rgba = Vec::new();
         renderer.draw(&model, &positions, &normals, &world, &camera, &look)?;
-        renderer.read(&mut rgba)?;
-        let picture =
-            RgbaImage::from_raw(width, height, rgba).ok_or("the picture came back in another size")?;
-        save_png(&self.output, &picture)?;
+        save_png(&self.output, &renderer.read_picture()?)?;
         if !quiet {
             say!("wrote {} (drawn by {})", self.output.display(), renderer.adapter_name());
         }

@@ -104,14 +104,8 @@ fn views(
     let mut pictures = Vec::new();
     for yaw in YAWS {
         let camera = straight.orbit(yaw.to_radians(), 0.0);
-        let mut rgba = Vec::new();
         renderer.draw(&model, &positions, &normals, &world, &camera, &look)?;
-        renderer.read(&mut rgba)?;
-        pictures.push(RgbaImage::from_raw(SIZE[0], SIZE[1], rgba).ok_or_else(|| ViewError::Size {
-            width: SIZE[0],
-            height: SIZE[1],
-            reason: "the picture came back in another size".into(),
-        })?);
+        pictures.push(renderer.read_picture()?);
     }
     Ok(pictures)
 }

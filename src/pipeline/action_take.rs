@@ -10,9 +10,9 @@ use crate::{
     actions::{ActionKey, ActionWeights, Score},
     capture::{FrameRate, Timestamp},
     export::{Mp4Settings, Mp4Writer, Pc2Writer, write_obj},
-    rig::{ActionRig, AvatarFrame},
+    rig::ActionRig,
     scan::Mesh,
-    view::{ViewError, contact_sheet},
+    view::contact_sheet,
 };
 
 /// A single expression is shown as it comes, stays and goes, seconds.
@@ -159,14 +159,17 @@ impl ActionTake<'_> {
     pub fn picture(&self, stage: &mut Stage) -> Result<RgbaImage, PipelineError> {
         let mut frame = self.rig.new_frame();
         match self.playing {
-            Playing::Expression(weights) => draw(self.rig, weights, stage, &mut frame),
+            Playing::Expression(weights) => {
+                self.rig.pose(weights, &mut frame)?;
+                stage.picture(&frame)
+            }
             Playing::Score(score) => {
                 let end = score.end().0;
                 let mut cells = Vec::new();
                 for k in 0..MOMENTS as i64 {
                     let time = Timestamp(end * k / (MOMENTS as i64 - 1));
-                    let picture = draw(self.rig, &score.at(time), stage, &mut frame)?;
-                    cells.push((picture, format!("{:.2} s", time.seconds())));
+                    self.rig.pose(&score.at(time), &mut frame)?;
+                    cells.push((stage.picture(&frame)?, format!("{:.2} s", time.seconds())));
                 }
                 let cells: Vec<_> =
                     cells.iter().map(|(picture, caption)| (picture, caption.as_str())).collect();
@@ -174,23 +177,6 @@ impl ActionTake<'_> {
             }
         }
     }
-}
-
-/// A picture of a target with these magnitudes.
-pub fn draw(
-    rig: &ActionRig,
-    weights: &ActionWeights,
-    stage: &mut Stage,
-    frame: &mut AvatarFrame,
-) -> Result<RgbaImage, PipelineError> {
-    rig.pose(weights, frame)?;
-    let mut rgba = Vec::new();
-    stage.submit(frame)?;
-    stage.fetch(&mut rgba)?;
-    let [width, height] = stage.size();
-    let reason = || "the picture came back in another size".to_owned();
-    let wrong = || ViewError::Size { width, height, reason: reason() };
-    Ok(RgbaImage::from_raw(width, height, rgba).ok_or_else(wrong)?)
 }
 
 /// Decimals that numbers up to `extent` keep: there and back between two frames blurs the last ones.

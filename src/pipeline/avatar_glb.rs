@@ -12,8 +12,8 @@ use crate::{
     anatomy::JawPose,
     export::{GlbAvatar, write_glb},
     lift::{EyeState, Eyes},
-    rig::{AvatarFrame, Puppet, TargetFace, WarpKind},
-    view::{Gpu, Look, Smoothing, ViewError, contact_sheet},
+    rig::{Puppet, TargetFace, WarpKind},
+    view::{Gpu, Look, Smoothing, contact_sheet},
 };
 
 /// Radians of the jaw at weight 1: a mouth wide open.
@@ -113,20 +113,8 @@ pub fn expression_sheet(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipelin
     let mut pictures = Vec::new();
     for act in &acts {
         puppet.act(&act.jaw, &act.eyes, &mut frame)?;
-        pictures.push((draw(&mut stage, &frame)?, act.name));
+        pictures.push((stage.picture(&frame)?, act.name));
     }
     let cells: Vec<_> = pictures.iter().map(|(picture, name)| (picture, *name)).collect();
     Ok(contact_sheet(&cells, 4))
-}
-
-fn draw(stage: &mut Stage, frame: &AvatarFrame) -> Result<RgbaImage, PipelineError> {
-    let mut rgba = Vec::new();
-    stage.submit(frame)?;
-    stage.fetch(&mut rgba)?;
-    let wrong = || ViewError::Size {
-        width: SIDE,
-        height: SIDE,
-        reason: "the picture came back in another size".into(),
-    };
-    Ok(RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or_else(wrong)?)
 }

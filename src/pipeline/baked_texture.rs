@@ -62,11 +62,8 @@ pub(super) fn bake(
     let mut renderer = Renderer::new(gpu, width, height, Smoothing::Off)?;
     let look = Look::UNLIT.before(Background::Transparent);
     renderer.draw(&model, &positions, &normals, &world, &camera, &look)?;
-    let mut rgba = Vec::new();
-    renderer.read(&mut rgba)?;
+    let picture = renderer.read_picture()?;
     let failed = |reason: String| ViewError::Size { width, height, reason };
-    let picture = RgbaImage::from_raw(width, height, rgba)
-        .ok_or_else(|| failed("the picture came back in another size".into()))?;
     let mut bytes = std::io::Cursor::new(Vec::new());
     image::DynamicImage::from(bled(picture))
         .into_rgb8()

@@ -10,9 +10,7 @@ use crate::{
     anatomy::FaceFrame,
     grid::{FaceGrid, GridError},
     scan::{Mesh, NormalSolver},
-    view::{
-        Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera, ViewError, contact_sheet, dot, line,
-    },
+    view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera, contact_sheet, dot, line},
 };
 
 /// Pixels.
@@ -44,12 +42,7 @@ impl Artist<'_> {
         let model = Arc::new(Model::upload(self.gpu, mesh)?);
         let look = Look::default().lit_by(lighting);
         self.renderer.draw(&model, &positions, &normals, &Matrix4::identity(), camera, &look)?;
-        let mut rgba = Vec::new();
-        self.renderer.read(&mut rgba)?;
-        let [width, height] = camera.viewport;
-        let reason = || "the picture came back in another size".to_owned();
-        let size = || ViewError::Size { width, height, reason: reason() };
-        Ok(RgbaImage::from_raw(width, height, rgba).ok_or_else(size)?)
+        Ok(self.renderer.read_picture()?)
     }
 }
 

@@ -7,7 +7,7 @@ use super::{PipelineError, Target, photographer::Photographer};
 use crate::{
     scan::NormalSolver,
     tracking::SKIN_LANDMARK_COUNT,
-    view::{Gpu, Look, Renderer, Smoothing, ViewCamera, ViewError, beside, dot},
+    view::{Gpu, Look, Renderer, Smoothing, ViewCamera, beside, dot},
 };
 
 /// Pixels.
@@ -30,7 +30,6 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
     let mut pictures = Vec::new();
     for yaw in YAWS {
         let camera = straight.orbit(f64::to_radians(yaw), 0.0);
-        let mut rgba = Vec::new();
         renderer.draw(
             target.model(),
             &positions,
@@ -39,12 +38,7 @@ pub fn inspection_picture(gpu: &Gpu, target: &Target) -> Result<RgbaImage, Pipel
             &camera,
             &Look::default(),
         )?;
-        renderer.read(&mut rgba)?;
-        let mut picture = RgbaImage::from_raw(SIDE, SIDE, rgba).ok_or(ViewError::Size {
-            width: SIDE,
-            height: SIDE,
-            reason: "the picture came back in another size".into(),
-        })?;
+        let mut picture = renderer.read_picture()?;
         for (i, landmark) in target.landmarks.iter().enumerate() {
             if let Some(pixel) =
                 landmark.filter(|p| is_seen(target, &camera, p)).and_then(|p| camera.project(p))

@@ -30,7 +30,7 @@ mod target;
 mod target_cache;
 
 pub use action_columns::ActionColumns;
-pub use action_take::{ActionTake, Playing, draw};
+pub use action_take::{ActionTake, Playing};
 pub use animation::{Animation, ControlMotion, VideoPlan};
 pub use avatar_glb::{expression_sheet, write_avatar_glb};
 pub use average_face::{AverageFace, AverageOptions, FaceShape};

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use image::RgbImage;
 use nalgebra::{Matrix4, Point2, Point3, Rotation3, Vector3};
 
 use super::PipelineError;
@@ -11,7 +10,7 @@ use crate::{
     capture::{CaptureError, Image},
     scan::{Mesh, NormalSolver, Surface, SurfacePoint},
     tracking::{Landmarks, Tracker},
-    view::{Gpu, Lighting, Look, Model, Projection, Renderer, Smoothing, ViewCamera, ViewError},
+    view::{Gpu, Lighting, Look, Model, Projection, Renderer, Smoothing, ViewCamera},
 };
 
 /// Width and height of the pictures; the landmark network looks at 256 × 256 of a face that fills about half of it.
@@ -83,14 +82,7 @@ impl Photographer {
         let mut renderer = Renderer::new(gpu, VIEW_SIDE, VIEW_SIDE, Smoothing::Off)?;
         let world = Matrix4::identity();
         renderer.draw(&self.model, &self.positions, &self.normals, &world, &camera, &Look::UNLIT)?;
-        let mut rgba = Vec::new();
-        renderer.read(&mut rgba)?;
-        let rgb = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-        let picture = RgbImage::from_raw(VIEW_SIDE, VIEW_SIDE, rgb).ok_or_else(|| ViewError::Size {
-            width: VIEW_SIDE,
-            height: VIEW_SIDE,
-            reason: "the picture came back in another size".into(),
-        })?;
+        let picture = image::DynamicImage::from(renderer.read_picture()?).into_rgb8();
         Ok(FrontView { picture, centre, scale: height / f64::from(VIEW_SIDE) })
     }
 

@@ -5,7 +5,7 @@ use image::RgbaImage;
 use super::{Animation, PipelineError, Stage, performer_view::PerformerView};
 use crate::{
     capture::FrameSource,
-    view::{ViewError, beside, contact_sheet},
+    view::{as_picture, beside, contact_sheet},
 };
 
 /// Moments shown.
@@ -23,30 +23,17 @@ pub fn preview_sheet(
     let mut performer = PerformerView::new(clip);
     let width = performer.width_at(HEIGHT);
     let mut frame = animation.rig.new_frame();
-    let mut rgba = Vec::new();
     let mut cells = Vec::new();
     for index in most_different(animation) {
         let moment = &animation.motion.frames[index];
         animation.rig.pose(&moment.expression, &mut frame)?;
-        stage.submit(&frame)?;
-        stage.fetch(&mut rgba)?;
-        let drawn = picture(stage.size(), std::mem::take(&mut rgba))?;
+        let drawn = stage.picture(&frame)?;
         let avatar = image::imageops::thumbnail(&drawn, drawn.width() * HEIGHT / drawn.height(), HEIGHT);
-        let seen = picture([width, HEIGHT], performer.picture(moment.index, [width, HEIGHT])?)?;
+        let seen = as_picture([width, HEIGHT], performer.picture(moment.index, [width, HEIGHT])?)?;
         cells.push((beside(&seen, &avatar), format!("{:.2} s", moment.timestamp.seconds())));
     }
     let cells: Vec<_> = cells.iter().map(|(picture, caption)| (picture, caption.as_str())).collect();
     Ok(contact_sheet(&cells, COLUMNS))
-}
-
-fn picture(size: [u32; 2], rgba: Vec<u8>) -> Result<RgbaImage, ViewError> {
-    let [width, height] = size;
-    let reason = || "the picture came back in another size".to_owned();
-    RgbaImage::from_raw(width, height, rgba).ok_or_else(|| ViewError::Size {
-        width,
-        height,
-        reason: reason(),
-    })
 }
 
 /// Frames in order of time: the calmest, then each time the one least like those chosen.

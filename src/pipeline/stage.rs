@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use image::RgbaImage;
 use nalgebra::{Isometry3, Matrix4, Point3, Rotation3};
 
 use super::{PipelineError, Target, photographer::Photographer};
 use crate::{
     rig::AvatarFrame,
     scan::NormalSolver,
-    view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera},
+    view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera, as_picture},
 };
 
 /// Radius of the framed ball over the outer canthal distance: a head with room to move.
@@ -88,6 +89,14 @@ impl Stage {
     /// Waits for the oldest picture that was submitted: RGBA rows.
     pub fn fetch(&mut self, rgba: &mut Vec<u8>) -> Result<(), PipelineError> {
         Ok(self.renderer.fetch(rgba)?)
+    }
+
+    /// A frame's picture, waited for. Not while another picture is on its way.
+    pub fn picture(&mut self, frame: &AvatarFrame) -> Result<RgbaImage, PipelineError> {
+        let mut rgba = Vec::new();
+        self.submit(frame)?;
+        self.fetch(&mut rgba)?;
+        Ok(as_picture(self.size(), rgba)?)
     }
 
     /// Width and height, pixels.

@@ -24,6 +24,7 @@ pub use heat_map::heat_map;
 pub use look::{Background, Lighting, Look};
 pub use model::Model;
 pub use overlay::{cross, dot, line};
+pub use readback::as_picture;
 pub use renderer::{Renderer, Smoothing};
 pub use save::save_png;
 pub use sheet::{beside, contact_sheet};

@@ -3,11 +3,24 @@
 use std::collections::VecDeque;
 use std::sync::mpsc;
 
+use image::RgbaImage;
+
 use super::edges::EdgeSmoother;
 use super::{Gpu, ViewError};
 
 /// Rows of a copied picture start at multiples of this many bytes.
 const ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// RGBA rows without padding as a picture of `size` pixels.
+pub fn as_picture(size: [u32; 2], rgba: Vec<u8>) -> Result<RgbaImage, ViewError> {
+    let [width, height] = size;
+    let reason = || "the picture came back in another size".to_owned();
+    RgbaImage::from_raw(width, height, rgba).ok_or_else(|| ViewError::Size {
+        width,
+        height,
+        reason: reason(),
+    })
+}
 
 /// Pictures in flight, oldest first, and the buffers that are free.
 #[derive(Debug)]

@@ -1,13 +1,14 @@
 //! Draws a model, and gives the picture back.
 
 use bytemuck::{Pod, Zeroable};
+use image::RgbaImage;
 use nalgebra::{Matrix3, Matrix4};
 
 use super::edges::EdgeSmoother;
 use super::look::{Background, Lighting, Look};
 use super::model::{CLAY, Model, MovingVertex, filled};
 use super::pipelines::{COLOUR, DEPTH, Pipelines};
-use super::readback::Readback;
+use super::readback::{Readback, as_picture};
 use super::{Gpu, ViewCamera, ViewError};
 
 /// How the stairs of slanting edges are smoothed.
@@ -196,6 +197,13 @@ impl Renderer {
     pub fn read(&mut self, out: &mut Vec<u8>) -> Result<(), ViewError> {
         self.submit()?;
         self.fetch(out)
+    }
+
+    /// [`Renderer::read`] as a picture.
+    pub fn read_picture(&mut self) -> Result<RgbaImage, ViewError> {
+        let mut rgba = Vec::new();
+        self.read(&mut rgba)?;
+        as_picture(self.size(), rgba)
     }
 
     /// Lays the background under the picture, drawing it first if it is new.
