@@ -8,22 +8,18 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::{ActionError, ActionLibrary, Catalogue};
 use crate::{
-    anatomy::{Lip, SidedSkin, SkinPlace, eye_landmarks},
+    anatomy::{Lip, SidedSkin, SkinPlace, alike_pairs, eye_landmarks, face_spline},
     head::rotation_between,
-    lift::Side,
+    lift::{Side, WIDEST_CLOSURE},
     scan::{Mesh, Surface},
     spline::{Kernel, Options, Regularisation, Spline},
-    tracking::{Region, SKIN_LANDMARK_COUNT, landmark_table},
+    tracking::{SKIN_LANDMARK_COUNT, is_still},
 };
 
 /// Common landmarks that two faces need at least: the thesis has 22.
 const FEWEST: usize = 12;
-/// Landmarks that move less than this in any expression, millimetres, hold the pair together.
-const STILL: f64 = 4.0;
 /// λ of neutral → expressive in the unit box: only so much that coinciding landmarks do no harm.
 const CARRY: f64 = 1e-6;
-/// λ of a face → the average face over the squared eye distance, as `rig::Transfer` has it.
-const BEND: f64 = 1.0;
 
 /// An expressive scan of a face whose neutral is known.
 pub struct Expressive<'a> {
@@ -78,8 +74,7 @@ pub fn measure(
     }
     // The pair is brought together by what hardly moves.
     let at = |list: &[Option<Point3<f64>>], i: usize| list[i].unwrap_or_else(Point3::origin);
-    let still: Vec<usize> =
-        common.iter().copied().filter(|&i| landmark_table()[i].max_motion < STILL).collect();
+    let still: Vec<usize> = common.iter().copied().filter(|&i| is_still(i)).collect();
     let basis = if still.len() >= FEWEST { &still } else { &common };
     let from: Vec<_> = basis.iter().map(|&i| at(expressive.landmarks, i).coords).collect();
     let to: Vec<_> = basis.iter().map(|&i| at(landmarks, i).coords).collect();
@@ -135,23 +130,17 @@ pub fn measure_moved(
 impl Measured {
     /// The vectors on the library's face: v′ = J·v with J the Jacobian of the regularised landmark spline there.
     pub fn on_average(&self, library: &ActionLibrary) -> Result<Vec<Option<Vector3<f64>>>, ActionError> {
-        let table = landmark_table();
-        let (centres, values): (Vec<_>, Vec<_>) = (0..SKIN_LANDMARK_COUNT)
-            .filter(|&i| table[i].region != Region::Oval)
-            .filter_map(|i| Some((self.places[i]?, library.face[i].coords)))
-            .unzip();
+        let pairs = alike_pairs(|i| self.places[i], |i| Some(library.face[i]));
         let what = || "the neutral scan and the average face".to_owned();
-        if centres.len() < FEWEST {
-            return Err(ActionError::TooFewLandmarks { found: centres.len(), wanted: FEWEST, what: what() });
+        if pairs.len() < FEWEST {
+            return Err(ActionError::TooFewLandmarks { found: pairs.len(), wanted: FEWEST, what: what() });
         }
         let eyes = match (self.places[33], self.places[263]) {
             (Some(right), Some(left)) => (right - left).norm(),
             _ => 90.0,
         };
-        let options =
-            Options { regularisation: Regularisation::Absolute(BEND * eyes * eyes), ..Options::default() };
-        let bend = Spline::fit(Kernel::ThinPlate, &centres, &values, options)
-            .map_err(|source| ActionError::Spline { what: what(), source })?;
+        let bend =
+            face_spline(&pairs, eyes).map_err(|source| ActionError::Spline { what: what(), source })?;
         Ok(self.places.iter().zip(&self.vectors).map(|(p, v)| Some(bend.jacobian(&(*p)?) * (*v)?)).collect())
     }
 
@@ -160,12 +149,10 @@ impl Measured {
     pub fn closure_of(&self, side: Option<Side>) -> [f64; 2] {
         /// Share of the open eye.
         const NOISE: f64 = 0.03;
-        /// As wide as eyes open.
-        const WIDEST: f64 = -0.4;
         let own = |eye: usize| {
             let closure = self.closure[eye];
             let other = side.is_some_and(|side| Side::BOTH[eye] != side);
-            if other || closure.abs() < NOISE { 0.0 } else { closure.clamp(WIDEST, 1.0) }
+            if other || closure.abs() < NOISE { 0.0 } else { closure.clamp(WIDEST_CLOSURE, 1.0) }
         };
         [own(0), own(1)]
     }

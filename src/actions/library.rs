@@ -44,6 +44,17 @@ pub struct Action {
     pub vectors: Vec<ActionVector>,
 }
 
+impl Action {
+    /// A vector for each of `handles` handles, nothing for those that do not move.
+    pub fn dense(&self, handles: usize) -> Vec<Vector3<f64>> {
+        let mut vectors = vec![Vector3::zeros(); handles];
+        for moved in &self.vectors {
+            vectors[moved.handle] = moved.vector;
+        }
+        vectors
+    }
+}
+
 /// Actions on one face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActionLibrary {

@@ -13,6 +13,7 @@ mod distances;
 mod edit;
 mod eye_hole;
 mod eyeball;
+mod face_spline;
 mod frame;
 mod front_view;
 mod interior;
@@ -32,6 +33,7 @@ mod sides;
 mod slit;
 
 pub use eye_hole::EyeFault;
+pub use face_spline::{alike_pairs, face_spline};
 pub use frame::FaceFrame;
 pub use front_view::FrontView;
 pub use interior::{Hanging, RingPoint};

@@ -18,7 +18,7 @@ use understudy::{
 
 use super::{
     Outcome, inputs,
-    preprocess::{parse_grid, parse_margin},
+    preprocess::{extent, parse_grid, parse_margin},
     progress,
     target::parse_unit,
 };
@@ -168,7 +168,7 @@ impl Average {
     }
 
     fn report(&self, average: &AverageFace) {
-        let (grid, step) = (&average.grid, average.grid.raster.step());
+        let grid = &average.grid;
         say!(
             "consensus: {} of {} scans, {} landmarks that all have, settled after {} rounds, landmarks off by {:.2} mm RMS",
             average.consensus.fits.len(),
@@ -177,16 +177,7 @@ impl Average {
             average.consensus.rounds,
             average.consensus.residual(),
         );
-        say!(
-            "average: {}x{} points {:.2} x {:.2} mm apart, {} ({:.1} %) covered by at least {:.0} % of the scans",
-            grid.raster.columns,
-            grid.raster.rows,
-            step.x,
-            step.y,
-            grid.valid(),
-            100.0 * grid.valid() as f64 / grid.raster.len() as f64,
-            100.0 * self.share,
-        );
+        say!("average: {} covered by at least {:.0} % of the scans", extent(grid), 100.0 * self.share);
         let (mean, largest) = average.depth.spread();
         say!("standard deviation of depth: mean {mean:.2} mm, at most {largest:.2} mm");
     }

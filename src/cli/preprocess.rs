@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use understudy::{
     assets::Assets,
     export::{Draft, ExportError, obj_files, write_obj, write_quad_obj},
-    grid::{Normalisation, TransformRecord},
+    grid::{FaceGrid, Normalisation, TransformRecord},
     pipeline::{GridOptions, GriddedFace, Networks, PipelineError, ReferenceFace, Target, grid_picture},
     scan::{Material, Mesh, Texture, TextureFormat, read_mesh, write_landmarks},
     tracking::TrackerOptions,
@@ -287,15 +287,9 @@ fn report_grid(target: &Target, face: &GriddedFace) {
         cleaned.spikes_drawn_back,
         cleaned.spikes_removed,
     );
-    let step = grid.raster.step();
     say!(
-        "grid: {}x{} points {:.2} x {:.2} mm apart, {} ({:.1} %) on the face, {} quads, {} left out at jumps in depth",
-        grid.raster.columns,
-        grid.raster.rows,
-        step.x,
-        step.y,
-        grid.valid(),
-        100.0 * grid.valid() as f64 / grid.raster.len() as f64,
+        "grid: {} on the face, {} quads, {} left out at jumps in depth",
+        extent(grid),
         grid.cells.len(),
         grid.jumps,
     );
@@ -350,6 +344,14 @@ fn file_name(path: &Path) -> String {
 
 fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Where a grid lies and how much of it is on the face, for a sentence to go on.
+pub fn extent(grid: &FaceGrid) -> String {
+    let step = grid.raster.step();
+    let share = 100.0 * grid.valid() as f64 / grid.raster.len() as f64;
+    let [columns, rows] = [grid.raster.columns, grid.raster.rows];
+    format!("{columns}x{rows} points {:.2} x {:.2} mm apart, {} ({share:.1} %)", step.x, step.y, grid.valid())
 }
 
 /// Two numbers such as `150x150`.

@@ -246,6 +246,17 @@ mod tests {
         (positions, cells.flat_map(|i| [[i, i + 1, i + n + 1], [i, i + n + 1, i + n]]).collect())
     }
 
+    fn built(
+        positions: &[Point3<f64>],
+        triangles: &[[u32; 3]],
+        handles: &[Handle],
+        still: &[bool],
+        tension: f64,
+    ) -> SurfaceWarp {
+        let stiffness = Stiffness { tension };
+        SurfaceWarp::new(positions, triangles, handles, handles.len(), still, stiffness).unwrap()
+    }
+
     #[test]
     fn handles_arrive_and_what_is_still_stays() {
         let (positions, triangles) = sheet(15, 0.0);
@@ -253,15 +264,7 @@ mod tests {
         still[..15].fill(true);
         let inside = Handle { vertices: [112, 113, 128], weights: [0.25, 0.25, 0.5], ..Handle::at(0, 0) };
         let handles = [inside, Handle::at(200, 1)];
-        let warp = SurfaceWarp::new(
-            &positions,
-            &triangles,
-            &handles,
-            handles.len(),
-            &still,
-            Stiffness { tension: 0.1 },
-        )
-        .unwrap();
+        let warp = built(&positions, &triangles, &handles, &still, 0.1);
         assert_eq!(warp.vertices, (15..225).collect::<Vec<u32>>());
         for (j, own) in handles.iter().enumerate() {
             for k in 0..handles.len() {
@@ -279,15 +282,7 @@ mod tests {
         let handles =
             [3, 47, 71, 88].map(|v| Handle::at(v, [3, 47, 71, 88].iter().position(|w| *w == v).unwrap()));
         let still = vec![false; 100];
-        let warp = SurfaceWarp::new(
-            &positions,
-            &triangles,
-            &handles,
-            handles.len(),
-            &still,
-            Stiffness { tension: 0.0 },
-        )
-        .unwrap();
+        let warp = built(&positions, &triangles, &handles, &still, 0.0);
         for v in 0..100 {
             let sum: f32 = (0..4).map(|j| warp.column(j)[v]).sum();
             assert!((sum - 1.0).abs() < 1e-4, "{v}: {sum}");
@@ -302,15 +297,7 @@ mod tests {
         positions.extend(other);
         let still = vec![false; 128];
         let handles = [Handle::at(60, 0)];
-        let warp = SurfaceWarp::new(
-            &positions,
-            &triangles,
-            &handles,
-            handles.len(),
-            &still,
-            Stiffness { tension: 0.1 },
-        )
-        .unwrap();
+        let warp = built(&positions, &triangles, &handles, &still, 0.1);
         assert_eq!(warp.vertices, (0..64).collect::<Vec<u32>>());
     }
 

@@ -17,8 +17,8 @@ const UNSEEN: f64 = 0.30;
 const FOLLOW: f64 = 0.5;
 /// Closures around 0 up to about this are noise of the tracker.
 const DEAD: f64 = 0.05;
-/// Opened as wide as it goes.
-const WIDEST: f64 = -0.4;
+/// Opened as wide as it goes, as a closure.
+pub const WIDEST: f64 = -0.4;
 /// An eye shuts above this closure …
 const SHUT: f64 = 0.82;
 /// … and stays shut until it is below this.

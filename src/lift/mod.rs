@@ -16,7 +16,7 @@ mod presence;
 mod repair;
 mod steady;
 
-pub use closure::LidRange;
+pub use closure::{LidRange, WIDEST as WIDEST_CLOSURE};
 pub use displacements::Displacements;
 pub use error::LiftError;
 pub use eye_measure::{EyeMeasure, NeutralEyes, measure_eyes};

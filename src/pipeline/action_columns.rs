@@ -5,7 +5,7 @@
 //! `AU12L_r` and `AU12R_r` keep the sides.
 
 use crate::{
-    actions::{ActionKey, ActionLibrary, ActionWeights, Catalogue},
+    actions::{ActionKey, ActionLibrary, Catalogue},
     lift::{Expression, Performer, Side},
     rig::{ActionSolver, RigError, SourceFace},
 };
@@ -19,7 +19,6 @@ const THERE: f64 = 1.0;
 pub struct ActionColumns {
     solver: ActionSolver,
     units: Vec<(u8, bool)>,
-    magnitudes: Vec<f64>,
 }
 
 impl ActionColumns {
@@ -28,11 +27,7 @@ impl ActionColumns {
         let solver = ActionSolver::new(library, &SourceFace::performer(performer))?;
         let measured: Vec<u8> = solver.units();
         let units = Catalogue::get().actions.iter().filter(|action| measured.contains(&action.au));
-        Ok(Self {
-            units: units.map(|action| (action.au, action.sides)).collect(),
-            magnitudes: vec![0.0; solver.keys().count()],
-            solver,
-        })
+        Ok(Self { units: units.map(|action| (action.au, action.sides)).collect(), solver })
     }
 
     /// The columns' names.
@@ -47,16 +42,9 @@ impl ActionColumns {
         names
     }
 
-    /// The action units of one expression.
-    pub fn weights(&mut self, expression: &Expression) -> ActionWeights {
-        self.magnitudes.fill(0.0);
-        self.solver.solve(&expression.displacements.vectors, &mut self.magnitudes);
-        self.solver.weights(&self.magnitudes, &expression.eyes)
-    }
-
     /// One row's cells, in the order of the names.
-    pub fn fill(&mut self, expression: &Expression, cells: &mut Vec<f64>) {
-        let weights = self.weights(expression);
+    pub fn fill(&self, expression: &Expression, cells: &mut Vec<f64>) {
+        let weights = self.solver.measure(expression);
         cells.clear();
         for &(au, sides) in &self.units {
             let of = |side| FULL * weights.of(ActionKey { au, side });

@@ -9,15 +9,10 @@ use crate::{
     actions::{ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
     anatomy::Anatomy,
     head::rotation_between,
-    lift::{EyeState, Eyes, Side},
+    lift::{EyeState, Eyes, Side, WIDEST_CLOSURE},
     scan::Surface,
-    tracking::landmark_table,
+    tracking::{LANDMARK_COUNT, is_still},
 };
-
-/// How far lids open beyond the neutral at most, as a closure.
-const WIDEST: f64 = -0.4;
-/// Landmarks that move less than this in any expression, millimetres, tell how a target is turned.
-const STILL: f64 = 4.0;
 
 /// A library of action units tied to a target.
 #[derive(Debug, Clone)]
@@ -48,10 +43,7 @@ impl ActionRig {
     ) -> Result<Self, RigError> {
         let drive = Drive::new(&SourceFace::library(library), target, anatomy, surface, method)?;
         let dense = library.actions.iter().map(|action| {
-            let mut vectors = vec![Vector3::zeros(); library.face.len()];
-            for moved in &action.vectors {
-                vectors[moved.handle] = moved.vector;
-            }
+            let mut vectors = action.dense(library.face.len());
             // Lids that can close do it by themselves: what a blink does to the skin is not done twice.
             for (side, closure) in Side::BOTH.into_iter().zip(action.closure) {
                 let blink = library.actions.iter().find(|other| other.key == blink(side));
@@ -110,7 +102,7 @@ impl ActionRig {
                     .filter_map(|(key, magnitude)| Some(self.action(key)?.closure[which] * magnitude))
             };
             let (shut, wide) = (parts().fold(0.0, f64::max), parts().fold(0.0, f64::min));
-            EyeState { closure: (shut + wide).clamp(WIDEST, 1.0), ..EyeState::default() }
+            EyeState { closure: (shut + wide).clamp(WIDEST_CLOSURE, 1.0), ..EyeState::default() }
         };
         Eyes { right: eye(0), left: eye(1) }
     }
@@ -154,9 +146,9 @@ fn blink(side: Side) -> ActionKey {
 
 /// A target seen as a library's face is: turned by the rotation between the landmarks of both that hardly move.
 pub fn facing(library: &ActionLibrary, target: &[Option<nalgebra::Point3<f64>>]) -> Rotation3<f64> {
-    let still = landmark_table().iter().enumerate().filter(|(_, facts)| facts.max_motion < STILL);
-    let (from, to): (Vec<_>, Vec<_>) = still
-        .filter_map(|(i, _)| Some((target.get(i).copied().flatten()?.coords, library.face.get(i)?.coords)))
+    let (from, to): (Vec<_>, Vec<_>) = (0..LANDMARK_COUNT)
+        .filter(|&i| is_still(i))
+        .filter_map(|i| Some((target.get(i).copied().flatten()?.coords, library.face.get(i)?.coords)))
         .unzip();
     if from.len() < 3 { Rotation3::identity() } else { rotation_between(&from, &to) }
 }

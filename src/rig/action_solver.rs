@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::{RigError, SourceFace, TargetFace, Transfer, TransferRule};
 use crate::{
     actions::{Action, ActionKey, ActionLibrary, ActionWeights},
-    lift::{Eyes, Side},
+    lift::{Expression, Eyes, Side},
     tracking::{Region, SKIN_LANDMARK_COUNT, landmark_table},
 };
 
@@ -138,6 +138,13 @@ impl ActionSolver {
                 break;
             }
         }
+    }
+
+    /// The action units of one expression, solved for from nothing.
+    pub fn measure(&self, expression: &Expression) -> ActionWeights {
+        let mut magnitudes = vec![0.0; self.actions.len()];
+        self.solve(&expression.displacements.vectors, &mut magnitudes);
+        self.weights(&magnitudes, &expression.eyes)
     }
 
     /// A solution as action units, the jaw shared out and the lids added.

@@ -119,9 +119,7 @@ impl Rig {
 
     /// The action units of one expression.
     pub fn action_weights(&self, expression: &Expression) -> ActionWeights {
-        let mut magnitudes = vec![0.0; self.solver.keys().count()];
-        self.solver.solve(&expression.displacements.vectors, &mut magnitudes);
-        self.solver.weights(&magnitudes, &expression.eyes)
+        self.solver.measure(expression)
     }
 
     /// The target's own vertices.

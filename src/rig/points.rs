@@ -44,10 +44,7 @@ impl PointFill {
     pub fn with_relief(mut self, library: &ActionLibrary, solver: &ActionSolver) -> Result<Self, RigError> {
         let on_library = Self::new(&library.face)?;
         for action in solver.actions() {
-            let mut own = vec![Vector3::zeros(); library.face.len()];
-            for moved in &action.vectors {
-                own[moved.handle] = moved.vector;
-            }
+            let own = action.dense(library.face.len());
             let mut smooth = own.clone();
             on_library.fill(&mut smooth);
             let points = &Catalogue::get().points;

@@ -10,13 +10,9 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::{RigError, SourceFace, TargetFace, TransferRule};
 use crate::{
-    spline::{Kernel, Options, Regularisation, Spline},
-    tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
+    anatomy::{alike_pairs, face_spline},
+    tracking::index,
 };
-
-/// λ of the landmark spline over the squared outer canthal distance. More follows proportions, less follows detail: of
-/// 0.4, 1 and 3 this one errs least over both tasks of `docs/benchmarks/transfer.md` together.
-const LAMBDA: f64 = 1.0;
 
 /// Fixed linear maps, one for each handle, from the source's scan frame to the target's.
 #[derive(Debug, Clone)]
@@ -30,13 +26,15 @@ impl Transfer {
     /// Builds the maps for one source and one target.
     pub fn new(source: &SourceFace, target: &TargetFace, rule: TransferRule) -> Result<Self, RigError> {
         let (from, to) = (source.level, target.level);
-        let spline = landmark_spline(source, target)?;
+        let pairs = level_pairs(source, target);
+        let spline = face_spline(&pairs, source.outer_canthal_distance())
+            .map_err(|source| RigError::Spline { what: "the landmarks of source and target", source })?;
         let levelled: Vec<_> = source.points.iter().map(|p| from * p).collect();
         let places = levelled.iter().map(|p| Point3::from(to.inverse() * spline.evaluate(p))).collect();
         let nose = levelled[index::NOSE_TIP].y;
         let mouth = ratio(source, target, index::MOUTH_LEFT, index::MOUTH_RIGHT);
         let eyes = ratio(source, target, index::LEFT_EYE_OUTER, index::RIGHT_EYE_OUTER);
-        let axes = extents(source, target);
+        let axes = extents(&pairs);
         let level = |p: &Point3<f64>| match rule {
             TransferRule::Spline if source.has_depth => spline.jacobian(p),
             TransferRule::Spline => along_sight(spline.jacobian(p)),
@@ -68,22 +66,9 @@ fn along_sight(mut jacobian: Matrix3<f64>) -> Matrix3<f64> {
     jacobian
 }
 
-/// Landmarks that both networks place alike.
-fn is_alike(landmark: usize) -> bool {
-    landmark_table()[landmark].region != Region::Oval
-}
-
-/// f, from the source's level frame to the target's, fitted on points that both networks place alike.
-fn landmark_spline(source: &SourceFace, target: &TargetFace) -> Result<Spline<3>, RigError> {
-    let (centres, values): (Vec<_>, Vec<_>) = (0..SKIN_LANDMARK_COUNT)
-        .filter(|&i| is_alike(i))
-        .filter_map(|i| Some((source.level * source.points[i], (target.level * target.landmarks[i]?).coords)))
-        .unzip();
-    let scale = source.outer_canthal_distance();
-    let options =
-        Options { regularisation: Regularisation::Absolute(LAMBDA * scale * scale), ..Options::default() };
-    Spline::fit(Kernel::ThinPlate, &centres, &values, options)
-        .map_err(|source| RigError::Spline { what: "the landmarks of source and target", source })
+/// The landmarks of both, in their level frames.
+fn level_pairs(source: &SourceFace, target: &TargetFace) -> Vec<(Point3<f64>, Point3<f64>)> {
+    alike_pairs(|i| Some(source.level * source.points[i]), |i| Some(target.level * target.landmarks[i]?))
 }
 
 /// 000's s_t / s_s for one pair of landmarks.
@@ -92,14 +77,8 @@ fn ratio(source: &SourceFace, target: &TargetFace, a: usize, b: usize) -> f64 {
 }
 
 /// Ratios of the two faces' root mean square extents along the level axes, over the landmarks that both have.
-fn extents(source: &SourceFace, target: &TargetFace) -> Vector3<f64> {
-    let pairs: Vec<_> = (0..SKIN_LANDMARK_COUNT)
-        .filter(|&i| is_alike(i))
-        .filter_map(|i| {
-            Some(((source.level * source.points[i]).coords, (target.level * target.landmarks[i]?).coords))
-        })
-        .collect();
-    let (from, to): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
+fn extents(pairs: &[(Point3<f64>, Point3<f64>)]) -> Vector3<f64> {
+    let (from, to): (Vec<_>, Vec<_>) = pairs.iter().map(|(from, to)| (from.coords, to.coords)).unzip();
     spread(&to).component_div(&spread(&from))
 }
 

@@ -23,12 +23,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
     let image = RangeImage::parse(bytes)?;
     let mut mesh = image.mesh()?;
     if let Some(texture) = image.texture(path) {
-        mesh.materials = vec![Material {
-            name: "scan".to_owned(),
-            base_colour: [1.0; 4],
-            texture: Some(texture),
-            gloss: 0.0,
-        }];
+        mesh.materials = vec![Material::textured(texture)];
     }
     Ok(mesh)
 }

@@ -38,6 +38,13 @@ pub struct Material {
     pub gloss: f32,
 }
 
+impl Material {
+    /// Dry skin with a texture, of a file that names no materials.
+    pub fn textured(texture: Arc<Texture>) -> Self {
+        Self { name: "scan".to_owned(), base_colour: [1.0; 4], texture: Some(texture), gloss: 0.0 }
+    }
+}
+
 /// A triangle mesh, vertices in the order of its file.
 ///
 /// Positions are in the frame and unit that the owner states: the file's own straight from a reader, the scan frame

@@ -55,12 +55,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
     if let Some(texture) =
         texture_name(&header.comments).and_then(|name| Texture::load(&folder_of(path), name))
     {
-        mesh.materials = vec![Material {
-            name: "scan".to_owned(),
-            base_colour: [1.0; 4],
-            texture: Some(texture),
-            gloss: 0.0,
-        }];
+        mesh.materials = vec![Material::textured(texture)];
     }
     Ok(mesh)
 }

@@ -24,5 +24,5 @@ pub use landmarks::{LANDMARK_COUNT, LandmarkState, Landmarks, SKIN_LANDMARK_COUN
 pub use network::LandmarkNetwork;
 pub use region::FaceRegion;
 pub use runtime::Runtime;
-pub use table::{LandmarkFacts, Region, is_outline, landmark_table};
+pub use table::{LandmarkFacts, Region, is_outline, is_still, landmark_table};
 pub use tracker::{Tracker, TrackerOptions};

@@ -87,6 +87,13 @@ pub fn is_outline(landmark: usize) -> bool {
     OUTLINE.contains(&landmark)
 }
 
+/// Whether a landmark hardly moves in any expression, so that it tells how a face lies.
+pub fn is_still(landmark: usize) -> bool {
+    /// Millimetres.
+    const LEAST: f64 = 4.0;
+    landmark_table()[landmark].max_motion < LEAST
+}
+
 /// 478 rows, by landmark index.
 pub fn landmark_table() -> &'static [LandmarkFacts] {
     debug_assert_eq!(TABLE.len(), LANDMARK_COUNT);
