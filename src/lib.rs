@@ -21,6 +21,8 @@ pub mod deform;
 pub mod grid;
 pub mod rig;
 
+pub mod muscle;
+
 pub mod export;
 pub mod view;
 
