@@ -2,7 +2,7 @@
 
 use clarabel::{
     algebra::CscMatrix,
-    solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT},
+    solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus},
 };
 use nalgebra::{DMatrix, DVector};
 use understudy::muscle::BoxSolver;
@@ -38,7 +38,7 @@ fn objective(q: &DMatrix<f64>, c: &DVector<f64>, x: &DVector<f64>) -> f64 {
     0.5 * (x.transpose() * q * x)[(0, 0)] - c.dot(x)
 }
 
-fn interior_point(q: &DMatrix<f64>, c: &DVector<f64>, exaggerate: bool) -> DVector<f64> {
+fn interior_point(q: &DMatrix<f64>, c: &DVector<f64>, exaggerate: bool) -> Option<DVector<f64>> {
     let n = c.len();
     let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
     for (i, j) in (0..n).flat_map(|j| (0..=j).map(move |i| (i, j))) {
@@ -59,16 +59,18 @@ fn interior_point(q: &DMatrix<f64>, c: &DVector<f64>, exaggerate: bool) -> DVect
     let b: Vec<f64> = (0..bounds).map(|i| if i < n { 0.0 } else { 1.0 }).collect();
     let settings = DefaultSettings {
         verbose: false,
-        tol_gap_abs: 1e-12,
-        tol_gap_rel: 1e-12,
-        tol_feas: 1e-12,
+        tol_gap_abs: 1e-11,
+        tol_gap_rel: 1e-11,
+        tol_feas: 1e-11,
         ..DefaultSettings::default()
     };
     let linear: Vec<f64> = c.iter().map(|c| -c).collect();
     let mut solver =
         DefaultSolver::new(&upper_triangle, &linear, &a, &b, &[NonnegativeConeT(bounds)], settings).unwrap();
     solver.solve();
-    DVector::from_vec(solver.solution.x.clone())
+    // Now and then it makes no progress before it is there.
+    let solved = solver.solution.status == SolverStatus::Solved;
+    solved.then(|| DVector::from_vec(solver.solution.x.clone()))
 }
 
 /// What holds of a solution and of nothing else: in bounds, no pull inwards at a bound, none at all between.
@@ -91,7 +93,7 @@ fn assert_optimal(q: &DMatrix<f64>, c: &DVector<f64>, x: &DVector<f64>, upper: f
 #[test]
 fn thousands_of_random_problems_agree_with_an_interior_point_solver() {
     let mut numbers = Numbers(7);
-    let mut farthest = 0.0_f64;
+    let (mut farthest, mut compared) = (0.0_f64, 0);
     for round in 0..3000 {
         let unknowns = 1 + round % 20;
         let closeness = [0.0, 0.5, 0.9, 0.99][round % 4];
@@ -100,7 +102,8 @@ fn thousands_of_random_problems_agree_with_an_interior_point_solver() {
         let mut solver = BoxSolver::contractions(unknowns, exaggerate);
         let own = solver.solve(&q, &c).unwrap().clone();
         assert_optimal(&q, &c, &own, if exaggerate { f64::INFINITY } else { 1.0 });
-        let theirs = interior_point(&q, &c, exaggerate);
+        let Some(theirs) = interior_point(&q, &c, exaggerate) else { continue };
+        compared += 1;
         let worse = objective(&q, &c, &own) - objective(&q, &c, &theirs);
         assert!(worse < 1e-8 * (1.0 + objective(&q, &c, &theirs).abs()), "round {round}: {worse}");
         // Where columns nearly depend on each other, many answers are as good to twelve digits.
@@ -108,7 +111,7 @@ fn thousands_of_random_problems_agree_with_an_interior_point_solver() {
             farthest = farthest.max((own - theirs).amax());
         }
     }
-    assert!(farthest < 1e-4, "{farthest}");
+    assert!(farthest < 1e-4 && compared > 2900, "{farthest}, {compared}");
 }
 
 #[test]
