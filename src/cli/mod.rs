@@ -12,12 +12,14 @@ mod animate;
 mod assets;
 mod author;
 mod average;
+mod basis;
 mod clip;
 mod compare;
 mod express;
 mod inputs;
 mod landmark;
 mod method;
+mod muscles;
 mod prepare;
 mod preprocess;
 mod progress;
@@ -45,6 +47,7 @@ Examples:
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
+  understudy muscles --target scan.obj -o muscles.png
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -73,6 +76,7 @@ enum Command {
     Render(render::Render),
     Compare(compare::Compare),
     Author(author::Author),
+    Muscles(Box<muscles::Muscles>),
     Assets(assets::AssetsCommand),
 }
 
@@ -103,6 +107,7 @@ pub fn run() -> ExitCode {
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),
+        Command::Muscles(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

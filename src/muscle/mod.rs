@@ -8,6 +8,7 @@ mod channel;
 mod error;
 mod face_basis;
 mod lift;
+mod motor;
 mod sixteen;
 
 pub use basis::{Element, MuscleBasis, Part};
@@ -18,3 +19,4 @@ pub use channel::Channel;
 pub use error::MuscleError;
 pub use face_basis::{FaceBasis, Muscle};
 pub use lift::{Lifted, MuscleLift};
+pub use motor::MuscleMotor;
