@@ -3,6 +3,9 @@
 //! ᴹp = sR ᴾp + t, with s, R and t solved in turn until the error settles; then the virtual markers slide along the normals
 //! to where the surface is nearest to the real ones, and all is done again. Both halves can only bring real and virtual
 //! markers closer together.
+//!
+//! Different here: 001 aligns a performer with a model of himself, and adjusts "slightly". On another's face, virtual
+//! markers would slide off the features that they stand for, so that there is a farthest they may.
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
@@ -20,6 +23,10 @@ const SETTLED: f64 = 1e-3;
 const MOST_ROUNDS: usize = 100;
 /// Markers that spread less than this share of their length in every other direction lie in one line.
 const FLAT: f64 = 1e-3;
+
+/// How far virtual markers may slide on a face that is not the performer's own, millimetres: about as far as studios differ
+/// about where a marker of one name sits.
+pub const OTHER_FACE_REACH: f64 = 8.0;
 
 /// How a performance lies on a model.
 #[derive(Debug, Clone)]
@@ -74,11 +81,14 @@ pub fn virtual_markers(
 /// Aligns the markers of a neutral face, M places in the frame and unit of the performance, with `start`, M places near
 /// the model's `surface` (model frame, millimetres). Markers that either lacks do not count.
 ///
-/// `surface` is the skin of the neutral model: on an opened scan the mouth's inside would be near to lips as well.
+/// Virtual markers slide no farther than `reach` millimetres from `start`: [`OTHER_FACE_REACH`], or infinitely far on the
+/// performer's own face, as 001 has it. `surface` is the skin of the neutral model: on an opened scan the mouth's inside
+/// would be near to lips as well.
 pub fn align(
     neutral: &[Option<Point3<f64>>],
     start: &[Option<Point3<f64>>],
     surface: &Surface,
+    reach: f64,
 ) -> Result<Alignment, MuscleError> {
     let mut used = Vec::new();
     let mut real = Vec::new();
@@ -105,14 +115,20 @@ pub fn align(
         let solved = centred.in_turn(&slid.iter().map(|p| p.position).collect::<Vec<_>>());
         solved.ok_or_else(|| fault("their size is lost".to_owned()))
     };
+    let put: Vec<Point3<f64>> = slid.iter().map(|point| point.position).collect();
     let mut solved = solve(&slid)?;
     let mut errors = vec![solved.error];
     for _ in 0..MOST_ROUNDS {
         let mut next = slid.clone();
-        for (marker, point) in real.iter().zip(&mut next) {
+        for ((marker, put), point) in real.iter().zip(&put).zip(&mut next) {
+            let marker = solved.place(marker);
+            let apart = marker - put;
+            let within = put + apart * (reach / apart.norm().max(f64::MIN_POSITIVE)).min(1.0);
             // The nearest point lies along the normal. On the far side of a thin part it would be another place.
-            let found = surface.nearest(solved.place(marker));
-            if let Some(found) = found.filter(|found| found.normal.dot(&point.normal) > 0.0) {
+            if let Some(found) = surface.nearest(within)
+                && found.normal.dot(&point.normal) > 0.0
+                && (found.position - marker).norm() < (point.position - marker).norm()
+            {
                 *point = found;
             }
         }
@@ -258,7 +274,7 @@ mod tests {
         real[3] = None;
         let mut start = some(&markers);
         start[5] = None;
-        let found = align(&real, &start, &surface).unwrap();
+        let found = align(&real, &start, &surface, f64::INFINITY).unwrap();
         let wanted = away.inverse();
         assert!((found.scale - wanted.scaling()).abs() < 1e-9);
         assert!(
@@ -305,7 +321,7 @@ mod tests {
                 mesh.positions[i] + Vector3::new(k.sin(), (1.7 * k).cos(), 0.3 * k.cos()) * 4.0
             })
             .collect();
-        let found = align(&some(&real), &some(&amiss), &surface).unwrap();
+        let found = align(&some(&real), &some(&amiss), &surface, f64::INFINITY).unwrap();
         assert!(found.errors.windows(2).all(|pair| pair[1] <= pair[0]), "{:?}", found.errors);
         assert!(found.error_before() > 2.0 && found.error_after() < 0.5, "{:?}", found.errors);
         assert!(found.rounds() < MOST_ROUNDS);
@@ -319,13 +335,24 @@ mod tests {
             .sum::<f64>()
             / chosen.len() as f64;
         assert!(off < 1.0, "{off}");
+
+        // Held back, they end farther from the real ones, and no farther from where they were put than they may.
+        let held = align(&some(&real), &some(&amiss), &surface, 2.0).unwrap();
+        assert!(held.errors.windows(2).all(|pair| pair[1] <= pair[0]), "{:?}", held.errors);
+        assert!(held.error_after() > found.error_after());
+        for (put, anchor) in amiss.iter().zip(&held.markers) {
+            let put = surface.nearest(*put).unwrap().position;
+            let at = surface.at(&anchor.unwrap(), &mesh.positions).unwrap();
+            assert!((at - put).norm() < 2.0 * 2.0, "{at} {put}");
+        }
     }
 
     #[test]
     fn what_cannot_be_aligned_is_refused() {
         let (mesh, surface) = ball();
         let markers = on_front(&mesh, 200);
-        let reason = |real: &[Option<P>]| align(real, &some(&markers), &surface).unwrap_err().to_string();
+        let reason =
+            |real: &[Option<P>]| align(real, &some(&markers), &surface, 8.0).unwrap_err().to_string();
         assert!(reason(&[]).contains("0 of 0"));
         let mut three = vec![None; markers.len()];
         three[..3].copy_from_slice(&some(&markers[..3]));

@@ -66,7 +66,7 @@ pub fn place_markers(
         })
         .collect();
     let fit = fit(take, &known, &hints)?;
-    let pulls = fit.map(|fit| (fit, pulls(&known, &fit)));
+    let pulls = fit.map(|fit| (fit, pulls(&firm(&known), &fit)));
 
     let mut wishes = Vec::new();
     for (marker, hint) in hints.iter().enumerate() {
@@ -114,9 +114,13 @@ enum Hint {
 
 impl Hint {
     fn of(name: &str, given: &MarkerMap) -> Self {
-        match given.places.get(name) {
-            Some(place) => Self::Given(place.clone()),
-            None => place_by_name(name).map_or(Self::Unknown, Self::Named),
+        if let Some(place) = given.places.get(name) {
+            return Self::Given(place.clone());
+        }
+        match place_by_name(name) {
+            Some(named) if named.exact => Self::Given(MarkerPlace::Landmarks(vec![named.landmark])),
+            Some(named) => Self::Named(named),
+            None => Self::Unknown,
         }
     }
 
@@ -176,7 +180,7 @@ fn fit(take: &MarkerTake, known: &[Known], hints: &[Hint]) -> Result<Option<Simi
     if let Some(markers) = mirrored(known, &take.names) {
         return Err(sides(markers));
     }
-    let fit = trimmed(known).ok_or_else(|| MuscleError::Alignment {
+    let fit = trimmed(&firm(known)).ok_or_else(|| MuscleError::Alignment {
         reason: format!("the {} markers that are known lie in one place", known.len()),
         remedy: "Export the take with its markers' places",
     })?;
@@ -186,10 +190,17 @@ fn fit(take: &MarkerTake, known: &[Known], hints: &[Hint]) -> Result<Option<Simi
     }
 }
 
+/// Those whose place is agreed upon or given; all where these are too few.
+fn firm(known: &[Known]) -> Vec<&Known> {
+    let firm: Vec<&Known> =
+        known.iter().filter(|k| k.named.as_ref().is_none_or(|named| named.firm)).collect();
+    if firm.len() < FEWEST { known.iter().collect() } else { firm }
+}
+
 /// A fit in which markers far from where their names say do not count.
-fn trimmed(known: &[Known]) -> Option<Similarity3<f64>> {
+fn trimmed(known: &[&Known]) -> Option<Similarity3<f64>> {
     const ROUNDS: usize = 5;
-    let mut used: Vec<&Known> = known.iter().collect();
+    let mut used: Vec<&Known> = known.to_vec();
     let mut fit = None;
     for _ in 0..ROUNDS {
         let (seen, places): (Vec<_>, Vec<_>) = used.iter().map(|k| (k.seen, k.place)).unzip();
@@ -199,13 +210,13 @@ fn trimmed(known: &[Known]) -> Option<Similarity3<f64>> {
         let each = errors.clone();
         errors.sort_by(f64::total_cmp);
         let limit = (2.0 * errors[errors.len() / 2]).max(ASTRAY);
-        used = known.iter().zip(&each).filter(|(_, error)| **error <= limit).map(|(k, _)| k).collect();
+        used = known.iter().zip(&each).filter(|(_, error)| **error <= limit).map(|(k, _)| *k).collect();
     }
     fit
 }
 
 /// Where known markers lie on the average face, and what remains between that and their named places.
-fn pulls(known: &[Known], fit: &Similarity3<f64>) -> Vec<(Point3<f64>, Vector3<f64>)> {
+fn pulls(known: &[&Known], fit: &Similarity3<f64>) -> Vec<(Point3<f64>, Vector3<f64>)> {
     known.iter().map(|k| (fit * k.seen, k.place - fit * k.seen)).collect()
 }
 

@@ -166,6 +166,8 @@ pub(super) struct Named {
     pub side: Option<Side>,
     /// Whether studios agree where this is; cheeks are wide.
     pub firm: bool,
+    /// Whether it gives the landmark's number.
+    pub exact: bool,
     /// The words but the side: the same for both of a pair.
     key: Vec<Word>,
 }
@@ -194,7 +196,7 @@ pub(super) fn place_by_name(name: &str) -> Option<Named> {
     let number = words.iter().find_map(|word| if let Word::Number(n) = word { Some(*n) } else { None });
     if words.contains(&Word::Landmark) {
         let landmark = number.filter(|n| *n < SKIN_LANDMARK_COUNT)?;
-        return Some(Named { landmark, side: None, firm: true, key: words });
+        return Some(Named { landmark, side: None, firm: true, exact: true, key: words });
     }
     let asks = |(part, on, sided, wanted, _, _): &&Rule| {
         words.contains(&Word::Part(*part))
@@ -207,7 +209,7 @@ pub(super) fn place_by_name(name: &str) -> Option<Named> {
     let &(_, _, _, _, landmark, firm) = best;
     let mirror = crate::tracking::landmark_table()[landmark].mirror;
     let landmark = if side == Some(Side::Left) { mirror } else { landmark };
-    Some(Named { landmark, side, firm, key: words })
+    Some(Named { landmark, side, firm, exact: false, key: words })
 }
 
 fn words(name: &str) -> Vec<Word> {
