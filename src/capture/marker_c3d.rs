@@ -141,6 +141,21 @@ mod tests {
         assert!(refused(512 + 3, &[0]).contains("processor"));
     }
 
+    #[test]
+    fn frames_that_the_crate_would_miscount_are_refused() {
+        let name = b"ACTUAL_END_FIELD";
+        let at = INTEGERS.windows(name.len()).position(|window| window == name).unwrap() + name.len();
+        // After the name: offset, kind, dimensions, and the number's lower and upper half.
+        let data = at + 4 + usize::from(INTEGERS[at + 3]);
+        let refused = |offset: usize, value: u8| {
+            let mut bytes = INTEGERS.to_vec();
+            bytes[data + offset] = value;
+            parse(&bytes).unwrap_err().reason
+        };
+        assert!(refused(2, 3).contains("131071"));
+        assert!(refused(0, 0).contains("before it starts"));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 

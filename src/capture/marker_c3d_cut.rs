@@ -4,6 +4,8 @@
 //! channels it does not understand. So the file's skeleton is walked first, within its bounds, and then cut down to the
 //! header, the parameters and the points.
 
+use std::ops::Range;
+
 use super::marker_take::Fault;
 
 const BLOCK: usize = 512;
@@ -13,6 +15,8 @@ const PARAMETER_BLOCK: u8 = 2;
 const MAGIC: u8 = 0x50;
 /// The groups that are needed; others are hidden from the crate, which panics on some of what they may hold.
 const GROUPS: [&[u8]; 2] = [b"POINT", b"TRIAL"];
+/// The crate gives groups that it misses the next numbers, in 7 bits.
+const MOST_GROUPS: u8 = 100;
 /// The crate counts the bytes of a frame's points in 16 bits.
 const MOST_POINT_BYTES: usize = u16::MAX as usize;
 
@@ -105,19 +109,50 @@ impl Order {
 /// lower case, by which the crate does not know them.
 fn hide_groups(section: &mut [u8], order: Order) -> Result<(), Fault> {
     let mut at = 4;
+    let (mut first, mut last) = (None, None);
     while let Some(&id) = section.get(at + 1) {
         if id == 0 {
             break;
         }
         let is_group = id & 0x80 != 0;
-        at = entry(section, at, is_group, order)
-            .ok_or_else(|| Fault::damaged(format!("its parameters are damaged {at} bytes in")))?;
+        let damaged = || Fault::damaged(format!("its parameters are damaged {at} bytes in"));
+        if (id as i8).unsigned_abs() > MOST_GROUPS {
+            return Err(damaged());
+        }
+        let entry = entry(section, at, is_group, order).ok_or_else(damaged)?;
+        match &section[entry.name.clone()] {
+            name if name.eq_ignore_ascii_case(b"ACTUAL_START_FIELD") => first = entry.pair,
+            name if name.eq_ignore_ascii_case(b"ACTUAL_END_FIELD") => last = entry.pair,
+            _ => {}
+        }
+        at = entry.next;
+    }
+    // The crate counts the upper half of these in 16 bits.
+    for [_, upper] in [first, last].into_iter().flatten() {
+        if upper > 1 {
+            let reason = "it has more than 131071 frames";
+            return Err(Fault::new(reason, "Cut the take into shorter ones"));
+        }
+    }
+    if let (Some(first), Some(last)) = (first, last)
+        && [first[1], first[0]] > [last[1], last[0]]
+    {
+        return Err(Fault::damaged("it would end before it starts"));
     }
     Ok(())
 }
 
-/// One group or parameter; where the next starts. `None` where it reaches beyond the section.
-fn entry(section: &mut [u8], at: usize, is_group: bool, order: Order) -> Option<usize> {
+/// What is needed of a group or parameter.
+struct Entry {
+    name: Range<usize>,
+    /// The first two whole numbers of a parameter that holds two or more.
+    pair: Option<[u16; 2]>,
+    /// Where the next one starts.
+    next: usize,
+}
+
+/// One group or parameter; `None` where it reaches beyond the section.
+fn entry(section: &mut [u8], at: usize, is_group: bool, order: Order) -> Option<Entry> {
     let length = usize::from((section[at] as i8).unsigned_abs());
     if length > 127 {
         return None;
@@ -132,6 +167,7 @@ fn entry(section: &mut [u8], at: usize, is_group: bool, order: Order) -> Option<
     let offset = at + 2 + length;
     let next = offset + usize::from(order.u16([*section.get(offset)?, *section.get(offset + 1)?]));
     let mut end = offset + 2;
+    let mut pair = None;
     if !is_group {
         let size: usize = match *section.get(end)? as i8 {
             -1 | 1 => 1,
@@ -145,9 +181,13 @@ fn entry(section: &mut [u8], at: usize, is_group: bool, order: Order) -> Option<
         // As the crate counts: a size of 0 is passed over.
         let values =
             dimensions.iter().filter(|d| **d > 0).try_fold(size, |all, d| all.checked_mul(usize::from(*d)));
-        end = end.checked_add(values?)?;
+        let values = section.get(end..end.checked_add(values?)?)?;
+        if let (2, [a, b, c, d, ..]) = (size, values) {
+            pair = Some([order.u16([*a, *b]), order.u16([*c, *d])]);
+        }
+        end += values.len();
     }
     let description = usize::from(*section.get(end)?);
     section.get(end + 1..end + 1 + description)?;
-    Some(next)
+    Some(Entry { name: at + 2..offset, pair, next })
 }
