@@ -19,9 +19,9 @@ const LONGEST_REASON: usize = 120;
 pub(super) fn parse(bytes: &[u8]) -> Result<Table, Fault> {
     let cut = cut(bytes)?;
     // The crate indexes where a damaged file says; what the walk over the file did not find ends here.
-    let read = catch_unwind(|| C3d::from_bytes(&cut))
+    let read = catch_unwind(|| C3d::from_bytes(&cut).map_err(|error| reason(&error)))
         .map_err(|_| Fault::damaged("its parameters contradict each other"))?
-        .map_err(|error| Fault::damaged(reason(&error)))?;
+        .map_err(Fault::damaged)?;
     let rate = f64::from(read.points.frame_rate);
     if !(0.1..=1000.0).contains(&rate) {
         return Err(Fault::damaged(format!("its rate is {rate} frames a second")));

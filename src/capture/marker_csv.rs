@@ -137,6 +137,8 @@ fn unquoted(cell: &str) -> &str {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -210,7 +212,7 @@ mod tests {
             for (f, row) in rows.iter().enumerate() {
                 let cells: Vec<String> =
                     row.iter().map(|v| v.map_or(String::new(), |v| v.to_string())).collect();
-                text.push_str(&format!("{f},{}\n", cells.join(",")));
+                let _ = writeln!(text, "{f},{}", cells.join(","));
             }
             let table = read(&text).unwrap();
             for (frame, row) in table.frames.iter().zip(&rows) {

@@ -97,8 +97,8 @@ impl MarkerTake {
         }
         let mut sorted: Vec<&String> = self.names.iter().collect();
         sorted.sort();
-        if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-            let reason = format!("two markers are called {}", pair[0]);
+        if let Some([name, _]) = sorted.array_windows().find(|[a, b]| a == b) {
+            let reason = format!("two markers are called {name}");
             return Err(Fault::new(reason, "Give each marker its own name"));
         }
         if self.times.len() != self.frames.len() {
@@ -193,20 +193,23 @@ mod tests {
         MarkerTake::new(Path::new("a.csv"), names, times, frames).map_err(|error| error.to_string())
     }
 
-    fn at(x: f64) -> Option<Point3<f64>> {
-        Some(Point3::new(x, 0.0, 0.0))
+    fn at(x: f64) -> Point3<f64> {
+        Point3::new(x, 0.0, 0.0)
     }
 
     #[test]
     fn markers_never_seen_are_named_and_left_out() {
-        let read =
-            take(&["a", "b", "c"], vec![vec![at(1.0), None, at(5.0)], vec![None, None, at(7.0)]]).unwrap();
+        let read = take(
+            &["a", "b", "c"],
+            vec![vec![Some(at(1.0)), None, Some(at(5.0))], vec![None, None, Some(at(7.0))]],
+        )
+        .unwrap();
         assert_eq!((read.names.join(""), read.never_seen.join("")), ("ac".to_owned(), "b".to_owned()));
-        assert_eq!(read.frames[1], [None, at(7.0)]);
+        assert_eq!(read.frames[1], [None, Some(at(7.0))]);
         assert_eq!(read.times, [Timestamp(0), Timestamp(10_000_000)]);
-        assert_eq!(read.mean(0..9), [at(1.0), at(6.0)]);
-        assert_eq!(read.mean(1..2), [None, at(7.0)]);
-        assert_eq!(read.mean(5..2), [None, None]);
+        assert_eq!(read.mean(0..9), [Some(at(1.0)), Some(at(6.0))]);
+        assert_eq!(read.mean(1..2), [None, Some(at(7.0))]);
+        assert_eq!(read.mean(5..9), [None, None]);
         assert_eq!((read.opening(0.0), read.opening(1.0)), (0..1, 0..2));
         assert_eq!(read.index("c"), Some(1));
     }
@@ -220,14 +223,14 @@ mod tests {
         assert!(refused(&["a"], vec![]).contains("no frame at all"));
         assert!(refused(&["a"], vec![vec![None]]).contains("no frame shows any marker"));
         assert!(refused(&["a", "b", "a"], vec![vec![None; 3]]).contains("two markers are called a"));
-        assert!(refused(&["a"], vec![vec![at(f64::NAN)]]).contains("frame 1 has a at no place"));
-        assert!(refused(&["a"], vec![vec![at(1e10)]]).contains("no place"));
-        assert!(refused(&["a", "b"], vec![vec![at(1.0)]]).contains("frame 1 has 1 places"));
+        assert!(refused(&["a"], vec![vec![Some(at(f64::NAN))]]).contains("frame 1 has a at no place"));
+        assert!(refused(&["a"], vec![vec![Some(at(1e10))]]).contains("no place"));
+        assert!(refused(&["a", "b"], vec![vec![Some(at(1.0))]]).contains("frame 1 has 1 places"));
         let stuck = MarkerTake::new(
             Path::new("a.c3d"),
             vec!["a".into()],
             vec![Timestamp(3); 2],
-            vec![vec![at(1.0)]; 2],
+            vec![vec![Some(at(1.0))]; 2],
         );
         assert!(stuck.unwrap_err().to_string().contains("frame 2 is not later"));
     }

@@ -332,6 +332,11 @@ mod tests {
             said.starts_with("take.csv: Mouth_Lend and Mouth_Rend have left and right exchanged. Left"),
             "{said}"
         );
+        // Side by side.
+        let mut near = at_landmarks(MARKERS);
+        near.extend([("upper lip inner L", face()[37]), ("upper lip inner R", face()[267])]);
+        let said = error(&near);
+        assert!(said.contains(": upper lip inner L and upper lip inner R have left"), "{said}");
         // Alone, without its partner.
         let mut alone = at_landmarks(MARKERS);
         alone.remove(20);
@@ -340,7 +345,9 @@ mod tests {
         assert!(said.contains("Mouth_Lend belongs to the left and lies on the right."), "{said}");
         // The whole take.
         let mut mirrored = at_landmarks(MARKERS);
-        mirrored.iter_mut().for_each(|(_, p)| p.x = -p.x);
+        for (_, p) in &mut mirrored {
+            p.x = -p.x;
+        }
         let said = error(&mirrored);
         assert!(said.contains("throughout") && said.contains("Leyebrow_M and Reyebrow_M"), "{said}");
         assert!(said.contains("mirror the take back"), "{said}");

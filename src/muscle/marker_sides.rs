@@ -8,8 +8,10 @@ use super::marker_names::Named;
 
 /// A mirrored take fits the face's mirror image at less than this share of the error at which it fits the face.
 const MIRRORED: f64 = 0.75;
-/// Farther than this beyond the middle a marker lies on the other side, millimetres; a pair, by half its distance.
+/// Farther than this beyond the middle a marker lies on the other side, millimetres.
 const BEYOND: f64 = 8.0;
+/// A pair is exchanged when its markers lie apart by at least this share of what they should, the other way round.
+const EXCHANGED: f64 = 0.5;
 
 /// What is known of one marker.
 #[derive(Debug)]
@@ -58,7 +60,9 @@ pub(super) fn mirrored(known: &[Known], names: &[String]) -> Option<String> {
 pub(super) fn swapped(known: &[Known], names: &[String], fit: &Similarity3<f64>) -> Option<String> {
     let x = |k: &Known| (fit * k.seen).x;
     let pairs = pairs(known);
-    let exchanged: Vec<_> = pairs.iter().filter(|(left, right)| x(left) - x(right) < -2.0 * BEYOND).collect();
+    let other_way =
+        |(left, right): &&(&Known, &Known)| x(left) - x(right) < -EXCHANGED * (left.place.x - right.place.x);
+    let exchanged: Vec<_> = pairs.iter().filter(other_way).collect();
     let mut said: Vec<String> = exchanged
         .iter()
         .map(|(left, right)| format!("{} have left and right exchanged", both(names, left, right)))

@@ -51,7 +51,9 @@ mod tests {
         let mut neutral = ActionLibrary::built_in().face[..SKIN_LANDMARK_COUNT].to_vec();
         neutral.resize(LANDMARK_COUNT, Point3::origin());
         // A performer is no average face.
-        neutral.iter_mut().for_each(|p| *p = Point3::new(1.1 * p.x, 0.9 * p.y, p.z));
+        for p in &mut neutral {
+            *p = Point3::new(1.1 * p.x, 0.9 * p.y, p.z);
+        }
         let observed = vec![LandmarkState::Observed; LANDMARK_COUNT];
         let rest = Displacements { vectors: vec![Vector3::zeros(); LANDMARK_COUNT], states: observed };
         let mut smile = rest.clone();
