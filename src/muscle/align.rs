@@ -220,6 +220,7 @@ impl Centred {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Similarity3, UnitQuaternion};
+    use proptest::prelude::*;
 
     use super::*;
     use crate::{grid::similarity_between, scan::Mesh};
@@ -289,6 +290,28 @@ mod tests {
             }
         }
         assert!(found.error_before() < 1e-8 && found.error_after() <= found.error_before());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the unit, the axes and the origin of the performance.
+        #[test]
+        fn any_similarity_comes_back(
+            angles in [-3.0..3.0_f64, -1.5..1.5_f64, -3.0..3.0_f64],
+            magnitude in -3.0..3.0_f64,
+            shift in [-10.0..10.0_f64, -10.0..10.0_f64, -10.0..10.0_f64],
+        ) {
+            let (mesh, _) = ball();
+            let markers = on_front(&mesh, 61);
+            let scale = 10.0_f64.powf(magnitude);
+            let turn = UnitQuaternion::from_euler_angles(angles[0], angles[1], angles[2]);
+            let away = Similarity3::from_parts((Vector3::from(shift) * 100.0 * scale).into(), turn, scale);
+            let real: Vec<P> = markers.iter().map(|p| away * p).collect();
+            let solved = Centred::new(&real).in_turn(&markers).unwrap();
+            prop_assert!((solved.scale * scale - 1.0).abs() < 1e-9);
+            prop_assert!(real.iter().zip(&markers).all(|(p, m)| (solved.place(p) - m).norm() < 1e-8));
+        }
     }
 
     #[test]

@@ -63,10 +63,11 @@ pub(super) fn swapped(known: &[Known], names: &[String], fit: &Similarity3<f64>)
     let other_way =
         |(left, right): &&(&Known, &Known)| x(left) - x(right) < -EXCHANGED * (left.place.x - right.place.x);
     let exchanged: Vec<_> = pairs.iter().filter(other_way).collect();
-    let mut said: Vec<String> = exchanged
-        .iter()
-        .map(|(left, right)| format!("{} have left and right exchanged", both(names, left, right)))
-        .collect();
+    let mut said = Vec::new();
+    if !exchanged.is_empty() {
+        let all: Vec<String> = exchanged.iter().map(|(left, right)| both(names, left, right)).collect();
+        said.push(format!("{} have left and right exchanged", all.join(", ")));
+    }
     for k in known {
         let (across, side) = match k.side() {
             Some(Side::Left) => (-x(k), ["left", "right"]),
