@@ -1,5 +1,6 @@
 //! Muscle actuation: the basis, its synthesis, analysis and refinement (Choe & Ko, file 001).
 
+mod align;
 mod basis;
 mod bow;
 mod box_solver;
@@ -8,9 +9,16 @@ mod channel;
 mod error;
 mod face_basis;
 mod lift;
+mod marker_guess;
+mod marker_map;
+mod marker_motion;
+mod marker_names;
+mod marker_sides;
 mod motor;
+mod own_take;
 mod sixteen;
 
+pub use align::{Alignment, OTHER_FACE_REACH, align, virtual_markers};
 pub use basis::{Element, MuscleBasis, Part};
 pub use bow::JawBow;
 pub use box_solver::BoxSolver;
@@ -19,4 +27,8 @@ pub use channel::Channel;
 pub use error::MuscleError;
 pub use face_basis::{FaceBasis, Muscle};
 pub use lift::{Lifted, MuscleLift};
+pub use marker_guess::place_markers;
+pub use marker_map::{MarkerMap, MarkerPlace};
+pub use marker_motion::{MarkerMotion, still_weights};
 pub use motor::MuscleMotor;
+pub use own_take::own_take;
