@@ -150,9 +150,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// ICT-FaceKit's shapes under ARKit's names, as measured on the mean face. What ARKit has as one, is added up; shapes that
-/// it has not, are left out, and so is where the eyes look, which skin hardly shows.
+/// it has not, are left out.
 fn arkit(face: Vec<Point3<f64>>, shapes: &[String], measured: &[Measured]) -> MuscleBasis {
-    const LEFT_OUT: [&str; 3] = ["PupilDilate", "cheekRaiser", "eyeLook"];
+    const LEFT_OUT: [&str; 2] = ["PupilDilate", "cheekRaiser"];
     const WHOLE: [&str; 2] = ["browInnerUp", "cheekPuff"];
     let mut elements: Vec<Element> = Vec::new();
     let fullest = measured.iter().flat_map(|m| m.closure).fold(0.5, f64::max);
@@ -185,6 +185,8 @@ fn channel(stem: &str) -> Channel {
         | "cheekSquint" => Channel::Measured,
         "eyeBlink" | "eyeSquint" | "mouthUpperUp" | "mouthPucker" | "mouthRollLower" | "mouthShrugUpper"
         | "mouthClose" => Channel::Weak,
+        // Irises tell where the eyes look, and skin does not.
+        _ if stem.starts_with("eyeLook") => Channel::Absent,
         _ => Channel::Inferred,
     }
 }
