@@ -1,5 +1,6 @@
 //! Figures of `docs/benchmarks/muscles.md`.
 mod camera;
+mod rendered;
 mod takes;
 
 use std::{error::Error, path::PathBuf};
@@ -33,10 +34,13 @@ struct Arguments {
     only: String,
     #[arg(long)]
     generic: bool,
+    #[arg(long)]
+    scan: Option<PathBuf>,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Arguments::parse();
+    if let Some(scan) = &options.scan { return rendered(&options.takes, scan); }
     let mut basis = MuscleBasis::arkit().clone();
     basis.turns_jaw = !options.straight;
     let fit = CameraFit {
@@ -98,6 +102,35 @@ fn main() -> Result<(), Box<dyn Error>> {
             })
             .collect();
         println!("{key:32} {}", mean.join(" "));
+    }
+    Ok(())
+}
+
+fn rendered(folder: &std::path::Path, scan: &std::path::Path) -> Result<(), Box<dyn Error>> {
+    use understudy::{lift::Smoothing, pipeline::LiftMode};
+    let entries = takes::index(folder)?;
+    let names = entries.iter().find(|e| e.kind == "basis").and_then(|e| e.shapes.clone()).ok_or("no basis")?;
+    for seed in [0.0, 1.0, 2.0] {
+        let generic = MuscleBasis::arkit();
+        let own = if seed == 0.0 { generic.clone() } else { rendered::personalised(generic, seed) };
+        let mut actor = rendered::Actor::new(scan, &own)?;
+        let take = takes::Take::read(folder, entries.iter().find(|e| e.name == "exact_1_noise0").ok_or("no take")?)?;
+        let reorder = |row: &Vec<f64>| -> Vec<f64> {
+            own.names().map(|name| names.iter().position(|n| n == name).map_or(0.0, |k| row[k])).collect()
+        };
+        let weights: Vec<Vec<f64>> = take.weights().iter().map(reorder).collect();
+        let turns = rendered::turns(&take.poses());
+        let still = vec![vec![0.0; own.elements.len()]; turns.len()];
+        for (what, weights) in [("acting", weights), ("turning", still)] {
+            let film = actor.film(&rendered::script(weights, turns.clone()))?;
+            for (mode, lift) in [("plane", LiftMode::Plane), ("muscles", LiftMode::default())] {
+                for (kind, smoothing) in [("raw", Smoothing::Off), ("causal", Smoothing::Causal), ("zero-phase", Smoothing::ZeroPhase)] {
+                    let motion = actor.solve(&film, lift.clone(), smoothing)?;
+                    let e = rendered::compare(&film, &motion);
+                    println!("seed {seed} {what} {mode} {kind}: still {:.2} error {:.2} turn {:.2} step {:.3}", e.still, e.error, e.turn, e.jitter);
+                }
+            }
+        }
     }
     Ok(())
 }

@@ -78,6 +78,11 @@ impl Stage {
         self.camera = Photographer::camera(centre, radius, &self.level, self.renderer.size()).orbit(yaw, 0.0);
     }
 
+    /// The camera before which the target stands.
+    pub fn camera(&self) -> &ViewCamera {
+        &self.camera
+    }
+
     /// Draws a frame and sends its picture on the way.
     pub fn submit(&mut self, frame: &AvatarFrame) -> Result<(), PipelineError> {
         self.solver.update(&frame.positions, &mut self.normals);
