@@ -18,6 +18,7 @@ mod express;
 mod inputs;
 mod landmark;
 mod method;
+mod plot;
 mod prepare;
 mod preprocess;
 mod progress;
@@ -45,6 +46,7 @@ Examples:
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
+  understudy plot take.muscles.csv -o curves.svg
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -73,6 +75,7 @@ enum Command {
     Render(render::Render),
     Compare(compare::Compare),
     Author(author::Author),
+    Plot(plot::Plot),
     Assets(assets::AssetsCommand),
 }
 
@@ -103,6 +106,7 @@ pub fn run() -> ExitCode {
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),
+        Command::Plot(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::rows::Fault;
+
 /// Errors of muscle bases, their analysis and their curves.
 #[derive(Debug, Error)]
 pub enum MuscleError {
@@ -17,4 +19,34 @@ pub enum MuscleError {
         /// What to do.
         remedy: &'static str,
     },
+    /// Curves that do not fit together.
+    #[error("the contraction curves cannot be used: {reason}")]
+    Curves {
+        /// What was found, and where.
+        reason: String,
+    },
+    /// No such muscle among those there are.
+    #[error("there is no muscle {name:?}; {has}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// Those with similar names, or all.
+        has: String,
+    },
+    /// Curves cannot be mirrored because a muscle's other side is missing.
+    #[error(
+        "cannot mirror: {name} is there without {other}. Take `mirror` out, or give curves with both sides"
+    )]
+    OneSided {
+        /// The muscle that is there.
+        name: String,
+        /// The one that is not.
+        other: String,
+    },
+}
+
+impl From<Fault> for MuscleError {
+    fn from(fault: Fault) -> Self {
+        Self::File { path: fault.path, reason: fault.reason, remedy: fault.remedy }
+    }
 }
