@@ -132,7 +132,11 @@ impl Plot {
             )
             .into());
         }
-        let title = self.curves.file_name().unwrap_or_default().to_string_lossy();
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut title = name(&self.curves);
+        if let Some(path) = &self.edit {
+            title.push_str(&format!(", edited by {}", name(path)));
+        }
         let muscles = (!muscles.is_empty()).then_some(muscles.as_slice());
         let moments = self.moments(curves)?;
         let chart = self.chart(&title, curves, muscles, &moments)?;

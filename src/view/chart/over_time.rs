@@ -16,8 +16,8 @@ use crate::{
 
 /// Above the first panel, units.
 pub(super) const HEAD: u32 = 110;
-/// Lines of a region that are shown if none are chosen.
-const SHOWN: usize = 6;
+/// Muscles of a region that are shown if none are chosen; two sides count as one.
+const SHOWN: usize = 5;
 /// Standard deviations below this do not count as motion.
 const STILL: f64 = 1e-3;
 const REGIONS: [(FaceRegion, &str); 2] =
@@ -33,7 +33,7 @@ pub(super) fn head<DB: DrawingBackend>(area: &Area<DB>, title: &str, curves: &Mu
     let mut about =
         format!("{} frames, {last:.1} s, {:.2} frames a second", frames.len(), curves.rate().per_second());
     if unseen > 0 {
-        about.push_str(&format!("; face not seen in {unseen}, shaded"));
+        about.push_str(&format!("; face not seen in {unseen}"));
     }
     area.draw(&Text::new(about, (20, 66), words(24, PALE_INK, HPos::Left, VPos::Top)))
 }
@@ -45,16 +45,24 @@ fn motion(curves: &MuscleCurves, muscle: usize) -> f64 {
     (curves.track(muscle).map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-/// Those of a region that move most, most first.
+/// Those of a region that move most, most first; where one has sides, each with its other side behind it.
 fn movers(curves: &MuscleCurves, region: FaceRegion, most: usize) -> Vec<usize> {
-    let of_region = |k: &usize| FaceRegion::of(&curves.muscles()[*k]) == region;
-    let mut all: Vec<(f64, usize)> = (0..curves.muscles().len())
-        .filter(of_region)
-        .map(|k| (motion(curves, k), k))
-        .filter(|(motion, _)| *motion > STILL)
-        .collect();
+    let names = curves.muscles();
+    let of_region = |k: &usize| FaceRegion::of(&names[*k]) == region;
+    let mut all: Vec<(f64, usize)> =
+        (0..names.len()).filter(of_region).map(|k| (motion(curves, k), k)).collect();
+    all.retain(|(motion, _)| *motion > STILL);
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.into_iter().take(most).map(|(_, k)| k).collect()
+    let mut kinds: Vec<Vec<usize>> = Vec::new();
+    for (_, k) in all {
+        let other = other_side(&names[k]);
+        let pair = |kind: &&mut Vec<usize>| other.as_ref().is_some_and(|other| names[kind[0]] == *other);
+        match kinds.iter_mut().find(pair) {
+            Some(kind) => kind.push(k),
+            None => kinds.push(vec![k]),
+        }
+    }
+    kinds.into_iter().take(most).flatten().collect()
 }
 
 /// The muscles of a region's panel.
@@ -203,7 +211,10 @@ fn error_panels<'a>(
     unseen: &'a [Range<f64>],
 ) -> Vec<Panel<'a>> {
     let chosen = muscles.map_or_else(
-        || REGIONS.iter().flat_map(|(region, _)| movers(curves, *region, 1)).collect(),
+        || {
+            let first = |region| movers(curves, region, 1).first().copied();
+            REGIONS.iter().filter_map(|(region, _)| first(*region)).collect()
+        },
         <[usize]>::to_vec,
     );
     let mut panels = Vec::new();
@@ -212,8 +223,8 @@ fn error_panels<'a>(
         let colour = if FaceRegion::of(name) == FaceRegion::Upper { UPPER } else { LOWER };
         let lines = vec![Line { name: name.to_owned(), colour, values: curves.track(k).collect() }];
         panels.push(Panel {
-            title: "contraction",
-            unit: "",
+            title: name,
+            unit: "contraction",
             places,
             axis: None,
             lines,

@@ -107,7 +107,7 @@ impl Panel<'_> {
             .bold_line_style(GRID.stroke_width(2))
             .axis_style(PALE_INK.stroke_width(2))
             .y_labels(if self.field < 260 { 4 } else { 6 })
-            .x_labels(if self.axis.is_some() { 14 } else { 0 })
+            .x_labels(14)
             .x_label_formatter(&|value| short(*value))
             .y_label_formatter(&|value| short(*value))
             .label_style(labels)
@@ -122,7 +122,9 @@ impl Panel<'_> {
                 chart.draw_series(LineSeries::new(stretch.iter().copied(), line.colour.stroke_width(3)))?;
             }
         }
-        for (row, line) in (0..).zip(&self.lines) {
+        // A line that has the panel for itself is named by its title.
+        let named = self.lines.iter().filter(|line| line.name != self.title);
+        for (row, line) in (0..).zip(named) {
             let y = (GAP + LEGEND_ROW / 2 + row * LEGEND_ROW) as i32;
             legend.draw(&PathElement::new([(24, y), (64, y)], line.colour.stroke_width(6)))?;
             let name: String = line.name.chars().take(26).collect();
@@ -139,7 +141,7 @@ pub(super) fn whole(places: &[f64]) -> Range<f64> {
 }
 
 /// A number of an axis without needless zeros.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let text = format!("{value:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }

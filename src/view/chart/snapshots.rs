@@ -41,7 +41,7 @@ impl Layout {
     fn of(curves: &MuscleCurves, muscles: Option<&[usize]>, moments: &[Moment]) -> Self {
         let at = |moment: &Moment, k: usize| curves.frames()[moment.frame].contractions[k];
         let strongest = |k: usize| moments.iter().map(|moment| at(moment, k)).fold(0.0, f64::max);
-        let muscles = muscles.map_or_else(|| most(curves.muscles().len(), strongest), <[usize]>::to_vec);
+        let muscles = muscles.map_or_else(|| most(curves.muscles(), strongest), <[usize]>::to_vec);
         let full = muscles.iter().map(|&k| strongest(k)).fold(1.0, f64::max);
         let has_pictures = moments.iter().any(|moment| moment.picture.is_some());
         let columns = if has_pictures { 2 } else { 4 }.min(moments.len().max(1) as u32);
@@ -61,12 +61,13 @@ impl Layout {
     }
 }
 
-/// All, or those that contract most; in the order of the file.
-fn most(count: usize, strongest: impl Fn(usize) -> f64) -> Vec<usize> {
-    let mut all: Vec<(f64, usize)> = (0..count).map(|k| (strongest(k), k)).collect();
+/// All, or those that contract most; in the order of the file, the upper face first.
+fn most(names: &[String], strongest: impl Fn(usize) -> f64) -> Vec<usize> {
+    let mut all: Vec<(f64, usize)> = (0..names.len()).map(|k| (strongest(k), k)).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut shown: Vec<usize> = all.into_iter().take(SHOWN).map(|(_, k)| k).collect();
     shown.sort_unstable();
+    shown.sort_by_key(|&k| FaceRegion::of(&names[k]) == FaceRegion::Lower);
     shown
 }
 
@@ -108,7 +109,7 @@ pub(super) fn draw<DB: DrawingBackend>(
         let letter = char::from(b'a' + (k % 26) as u8);
         let caption = format!("({letter})  {:.2} s, frame {}", frame.time.seconds(), moment.frame + 1);
         let start = left + layout.picture;
-        let at = ((start + 20) as i32, top as i32 + 6);
+        let at = (left as i32 + 20, top as i32 + 6);
         area.draw(&Text::new(caption, at, words(24, INK, HPos::Left, VPos::Top)))?;
         let (from, to) = ((start + NAMES) as i32, (left + layout.cell.0 - NUMBERS - 20) as i32);
         for (row, &muscle) in (0..).zip(&layout.muscles) {
@@ -140,8 +141,12 @@ mod tests {
     #[test]
     fn the_strongest_are_shown_in_the_order_of_the_file() {
         let values: Vec<f64> = (0..30).map(|k| f64::from((k * 7) % 30)).collect();
-        let shown = most(30, |k| values[k]);
+        let names: Vec<String> =
+            (0..30).map(|k| format!("{}{k}", if k % 2 == 0 { "jaw" } else { "brow" })).collect();
+        let shown = most(&names, |k| values[k]);
         assert_eq!(shown.len(), SHOWN);
-        assert!(shown.is_sorted() && shown.iter().all(|&k| values[k] >= 10.0));
+        assert!(shown.iter().all(|&k| values[k] >= 10.0));
+        let (upper, lower): (Vec<usize>, Vec<usize>) = shown.iter().partition(|k| **k % 2 == 1);
+        assert!(upper.is_sorted() && lower.is_sorted() && shown == [upper, lower].concat());
     }
 }

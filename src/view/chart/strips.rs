@@ -5,13 +5,15 @@ use std::ops::Range;
 use plotters::prelude::*;
 use plotters_backend::text_anchor::{HPos, VPos};
 
-use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, whole, words};
+use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, short, whole, words};
 use crate::muscle::{Channel, FaceRegion, MuscleCurves};
 
 /// Of a strip, units.
 const ROW: u32 = 26;
 const GAP: u32 = 36;
 const FOOT: u32 = 70;
+/// What a strip fills of its row, so that paper separates strips.
+const FILLED: f64 = 0.92;
 /// Cells along a strip at most.
 const CELLS: usize = 400;
 /// Steps from relaxed to contracted.
@@ -43,7 +45,7 @@ pub(super) fn draw<DB: DrawingBackend>(area: &Area<DB>, curves: &MuscleCurves, p
         let track: Vec<f64> = curves.track(muscle).collect();
         let top = (count - row) as f64;
         chart.draw_series(cells(places, &track, &range).into_iter().map(|(stretch, level)| {
-            Rectangle::new([(stretch.start, top), (stretch.end, top - 1.0)], shade(level).filled())
+            Rectangle::new([(stretch.start, top), (stretch.end, top - FILLED)], shade(level).filled())
         }))?;
         let y = (GAP + ROW * row as u32 + ROW / 2) as i32;
         let known = curves.channels()[muscle] != Channel::Absent;
@@ -57,6 +59,7 @@ pub(super) fn draw<DB: DrawingBackend>(area: &Area<DB>, curves: &MuscleCurves, p
         .axis_style(PALE_INK.stroke_width(2))
         .y_labels(0)
         .x_labels(14)
+        .x_label_formatter(&|value| short(*value))
         .label_style(words(20, PALE_INK, HPos::Left, VPos::Top))
         .axis_desc_style(words(20, PALE_INK, HPos::Left, VPos::Top))
         .x_desc("seconds")
