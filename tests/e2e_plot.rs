@@ -6,6 +6,7 @@ mod common;
 
 use std::{
     f64::consts::TAU,
+    fmt::Write as _,
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -24,6 +25,8 @@ const MUSCLES: [&str; 16] = [
     "orbicularis_oris", "lips_pressor", "jaw_rotation",
 ];
 const FRAMES: usize = 150;
+/// Of the muscles, one that nothing tells of.
+const ABSENT: usize = 14;
 
 fn plot(curves: &Path, outputs: &[&Path], more: &[&str]) -> Command {
     let mut command = program();
@@ -41,18 +44,22 @@ fn table(folder: &Path) -> PathBuf {
     for frame in 0..FRAMES {
         let is_lost = (50..60).contains(&frame);
         let state = if is_lost { "holding" } else { "tracking" };
-        text.push_str(&format!("\n{},{:.9},{state}", frame + 1, frame as f64 / 25.0));
+        write!(text, "\n{},{:.9},{state}", frame + 1, frame as f64 / 25.0).unwrap();
         for muscle in 0..MUSCLES.len() {
             let turn = frame as f64 / FRAMES as f64 - (muscle / 2) as f64 / 8.0;
-            let asymmetry = if muscle % 2 == 0 { 1.0 } else { 0.8 };
+            let strength = match muscle {
+                ABSENT => 0.0,
+                _ if muscle % 2 == 0 => 1.0,
+                _ => 0.8,
+            };
             let value = if (0.0..0.2).contains(&turn) { (turn / 0.2 * TAU / 2.0).sin() } else { 0.0 };
-            text.push_str(&format!(",{:.6}", value * asymmetry));
+            write!(text, ",{:.6}", value * strength).unwrap();
         }
         let wave = (frame as f64 / 9.0).sin();
         let errors = format!(",{:.3},{:.3}", 0.4 + 0.1 * wave, 0.9 - 0.3 * wave);
         text.push_str(if is_lost { ",," } else { &errors });
         for muscle in 0..MUSCLES.len() {
-            text.push_str(if muscle == 14 { ",absent" } else { ",measured" });
+            text.push_str(if muscle == ABSENT { ",absent" } else { ",measured" });
         }
     }
     let path = folder.join("take.muscles.csv");
@@ -63,18 +70,18 @@ fn table(folder: &Path) -> PathBuf {
 /// A recording of Live Link Face: jaw and left eye move, the head turns.
 fn recording(folder: &Path) -> PathBuf {
     let mut text = format!("Timecode,BlendShapeCount,{}", ARKIT_SHAPES.join(","));
-    text.push_str(&format!(",{}", LIVE_LINK_ANGLES.join(",")));
+    write!(text, ",{}", LIVE_LINK_ANGLES.join(",")).unwrap();
     for frame in 0..90 {
-        text.push_str(&format!("\n10:00:{:02}:{:02}.250,61", frame / 30, frame % 30 * 2));
+        write!(text, "\n10:00:{:02}:{:02}.250,61", frame / 30, frame % 30 * 2).unwrap();
         for shape in ARKIT_SHAPES {
             let value = match shape {
                 "jawOpen" => 0.01 * frame as f64,
                 "eyeBlinkLeft" => 0.5,
                 _ => 0.0,
             };
-            text.push_str(&format!(",{value:.10}"));
+            write!(text, ",{value:.10}").unwrap();
         }
-        text.push_str(&format!(",{:.10},0.1,0,0.3,0,0,0.2,0,0", 0.002 * frame as f64));
+        write!(text, ",{:.10},0.1,0,0.3,0,0,0.2,0,0", 0.002 * frame as f64).unwrap();
     }
     let path = folder.join("phone.csv");
     fs::write(&path, text + "\n").unwrap();

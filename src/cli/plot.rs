@@ -117,7 +117,8 @@ impl Plot {
         let outputs = self.outputs()?;
         let mut take = CurveTake::read(&self.curves)?;
         if let Some(path) = &self.edit {
-            self.edit(&mut take, path)?;
+            let edits = CurveEdits::read(path)?;
+            take = take.edited(&edits).map_err(|error| format!("{}: {error}", path.display()))?;
         }
         let curves = &take.curves;
         let muscles: Vec<usize> = self
@@ -135,7 +136,7 @@ impl Plot {
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut title = name(&self.curves);
         if let Some(path) = &self.edit {
-            title.push_str(&format!(", edited by {}", name(path)));
+            title = format!("{title}, edited by {}", name(path));
         }
         let muscles = (!muscles.is_empty()).then_some(muscles.as_slice());
         let moments = self.moments(curves)?;
@@ -157,18 +158,6 @@ impl Plot {
             }
             if !quiet {
                 say!("wrote {}", path.display());
-            }
-        }
-        Ok(())
-    }
-
-    fn edit(&self, take: &mut CurveTake, path: &Path) -> Outcome {
-        let edits = CurveEdits::read(path)?;
-        take.curves =
-            edits.apply(take.curves.clone()).map_err(|error| format!("{}: {error}", path.display()))?;
-        if let Some(extras) = take.live_link.as_mut().filter(|_| edits.mirror) {
-            for angles in &mut extras.angles {
-                *angles = angles.mirrored();
             }
         }
         Ok(())

@@ -3,7 +3,7 @@
 //! Columns, their order, the count of 61 and the ten decimals are those of a recording of the app; what the angles mean
 //! is with [`FaceAngles`], what the timecode means with [`TimecodeBase`].
 
-use std::path::Path;
+use std::{fmt::Write as _, path::Path};
 
 use super::{Draft, ExportError};
 use crate::muscle::{ARKIT_SHAPES, Channel, FaceAngles, LIVE_LINK_ANGLES, MuscleCurves, TimecodeBase};
@@ -47,8 +47,8 @@ pub fn write_live_link(
             format!("{},{}", base.timecode(frame.time), ARKIT_SHAPES.len() + LIVE_LINK_ANGLES.len());
         let shapes = places.iter().map(|place| place.map_or(0.0, |place| frame.contractions[place]));
         for value in shapes.chain(angles.row()) {
-            // Zero has no sign.
-            line.push_str(&format!(",{:.10}", value + 0.0));
+            // Zero has no sign, and writing to a String cannot fail.
+            let _ = write!(line, ",{:.10}", value + 0.0);
         }
         line.push('\n');
         draft.append(line.as_bytes())?;

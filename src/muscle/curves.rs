@@ -70,7 +70,7 @@ impl MuscleCurves {
                     muscles.len()
                 ));
             }
-            if let Some(at) = frame.contractions.iter().position(|value| !(value.abs() <= MOST)) {
+            if let Some(at) = frame.contractions.iter().position(|value| !(-MOST..=MOST).contains(value)) {
                 return wrong(format!("{} is {} in frame {number}", muscles[at], frame.contractions[at]));
             }
             if frame.time <= before {

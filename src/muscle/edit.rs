@@ -109,7 +109,7 @@ impl CurveEdits {
     fn parse(text: &str) -> Result<Self, String> {
         let table: toml::Table = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
-            let line = 1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
+            let line = 1 + text.get(..start).unwrap_or_default().matches('\n').count();
             format!("line {line}: {}", in_one_line(error.message()))
         })?;
         let mut edits = Self::default();

@@ -6,7 +6,9 @@
 //! grow downwards. The head's angles are 0 throughout that recording; they follow from the same change of axes, which
 //! turns ARKit's into Unreal's: yaw to the subject's right, pitch downwards, roll towards the subject's left shoulder.
 
-use nalgebra::Rotation3;
+use std::f64::consts::PI;
+
+use nalgebra::{Rotation3, Vector3};
 
 use super::{
     Channel, CurveFrame, MuscleCurves, MuscleError, TimecodeBase, curves::mean_rate, curves_csv::number,
@@ -14,7 +16,8 @@ use super::{
 };
 use crate::{
     capture::Timestamp,
-    lift::FaceState,
+    head::HeadPose,
+    lift::{EyeState, Eyes, FaceState},
     rows::{Lines, quoted},
 };
 
@@ -54,6 +57,18 @@ pub struct FaceAngles {
 }
 
 impl FaceAngles {
+    /// Of a tracked face: the head towards the camera, the eyes since the neutral, without roll.
+    pub fn of(pose: &HeadPose, eyes: &Eyes) -> Self {
+        // The camera's y and z point against those of a face that looks into it.
+        let facing = Rotation3::from_axis_angle(&Vector3::x_axis(), PI);
+        let eye = |eye: &EyeState| [-eye.yaw, -eye.pitch, 0.0];
+        Self {
+            head: Self::of_turn(&(facing * pose.rotation)),
+            left_eye: eye(&eyes.left),
+            right_eye: eye(&eyes.right),
+        }
+    }
+
     /// Yaw, pitch and roll of a turn in the scan frame (+X to the subject's left, +Y up, +Z out of the face), rolled
     /// first and yawed last.
     pub fn of_turn(turn: &Rotation3<f64>) -> [f64; 3] {
@@ -113,8 +128,8 @@ pub(super) fn read(
     };
     let mut columns = header.iter().map(|name| name.to_ascii_lowercase()).collect::<Vec<_>>();
     columns.sort();
-    if let Some(twice) = columns.windows(2).find(|pair| pair[0] == pair[1]) {
-        let reason = format!("line {number_of_header} names {} twice", quoted(&twice[0]));
+    if let Some([twice, _]) = columns.array_windows().find(|[name, next]| name == next) {
+        let reason = format!("line {number_of_header} names {} twice", quoted(twice));
         return Err(lines.whole_fault(reason, REMEDY).into());
     }
     let time = find(header, "Timecode").ok_or_else(|| missing(&lines, "Timecode"))?;
@@ -126,6 +141,7 @@ pub(super) fn read(
     let angles = LIVE_LINK_ANGLES.map(|name| find(header, name));
     let (mut codes, mut rows) = (Vec::new(), Vec::new());
     let mut held = (FaceState::Waiting, [0.0; 52], [0.0; 9]);
+    let mut passed_midnight = false;
     while let Some(cells) = lines.next()? {
         let row = || -> Result<_, String> {
             if cells.len() < header.len().min(time.max(count) + 1) || cells.len() > header.len() {
@@ -151,7 +167,12 @@ pub(super) fn read(
             Ok((code, Some((FaceState::Tracking, shape, angle))))
         };
         let (code, seen) = row().map_err(|reason| lines.fault(&reason))?;
-        if codes.last().is_some_and(|last: &Timecode| code <= *last && !last.is_day_before(code)) {
+        let is_new_day = codes.last().is_some_and(|last: &Timecode| last.is_day_before(code));
+        if is_new_day && passed_midnight {
+            return Err(lines.fault("its timecode passes midnight once more").into());
+        }
+        passed_midnight |= is_new_day;
+        if !is_new_day && codes.last().is_some_and(|last| code <= *last) {
             return Err(lines.fault("its timecode is not after that of the row before").into());
         }
         match seen {
@@ -197,7 +218,7 @@ fn since_first(codes: &[Timecode], nominal: u32) -> Vec<Timestamp> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
+    use crate::lift::frontal_pose;
 
     #[test]
     fn turns_have_the_signs_of_the_recording() {
@@ -214,11 +235,40 @@ mod tests {
     }
 
     #[test]
+    fn a_tracked_face_has_the_signs_of_the_recording() {
+        let up_and_left = EyeState { yaw: 0.2, pitch: 0.1, closure: 0.0 };
+        let eyes = Eyes { left: up_and_left, right: EyeState::default() };
+        let straight = FaceAngles::of(&frontal_pose(), &eyes);
+        assert!(straight.head.iter().all(|angle| angle.abs() < 1e-12));
+        let wanted = [-0.2, -0.1, 0.0, 0.0, 0.0, 0.0];
+        assert!(straight.row()[3..].iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{straight:?}");
+        // The nose, 100 mm out, goes to the picture's left when the subject turns to the right, and down with the chin.
+        let turned = |axis, angle| {
+            let frontal = frontal_pose();
+            let rotation = Rotation3::from_axis_angle(&axis, angle) * frontal.rotation;
+            let pose = HeadPose { rotation, ..frontal };
+            let nose = rotation * Vector3::new(0.0, 0.0, 100.0);
+            (FaceAngles::of(&pose, &eyes).head, nose)
+        };
+        let (head, nose) = turned(Vector3::y_axis(), 0.3);
+        assert!(
+            (head[0].abs() - 0.3).abs() < 1e-12 && head[0].signum() == -nose.x.signum(),
+            "{head:?} {nose}"
+        );
+        let (head, nose) = turned(Vector3::x_axis(), 0.3);
+        assert!(
+            (head[1].abs() - 0.3).abs() < 1e-12 && head[1].signum() == nose.y.signum(),
+            "{head:?} {nose}"
+        );
+    }
+
+    #[test]
     fn a_mirror_shown_twice_changes_nothing() {
         let angles =
             FaceAngles { head: [0.1, 0.2, 0.3], left_eye: [0.4, 0.5, 0.6], right_eye: [-0.4, 0.5, 0.0] };
         assert_eq!(angles.mirrored().mirrored(), angles);
-        assert_eq!(angles.mirrored().left_eye, [0.4, 0.5, 0.0]);
+        let [yaw, pitch, roll] = angles.mirrored().left_eye;
+        assert!((yaw - 0.4).abs() + (pitch - 0.5).abs() + roll.abs() < 1e-12);
         assert_eq!(FaceAngles::from_row(angles.row()), angles);
     }
 }

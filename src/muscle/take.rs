@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{LiveLinkExtras, MuscleCurves, MuscleError, curves_csv, live_link};
+use super::{CurveEdits, LiveLinkExtras, MuscleCurves, MuscleError, curves_csv, live_link};
 use crate::rows::Lines;
 
 /// What a file of curves holds.
@@ -35,6 +35,17 @@ impl CurveTake {
         } else {
             Ok(Self { curves: curves_csv::read(lines, &header)?, live_link: None })
         }
+    }
+
+    /// The take with edits; a mirror turns head and eyes as well.
+    pub fn edited(self, edits: &CurveEdits) -> Result<Self, MuscleError> {
+        let mut live_link = self.live_link;
+        if let Some(extras) = live_link.as_mut().filter(|_| edits.mirror) {
+            for angles in &mut extras.angles {
+                *angles = angles.mirrored();
+            }
+        }
+        Ok(Self { curves: edits.apply(self.curves)?, live_link })
     }
 }
 

@@ -21,7 +21,7 @@ fn read(bytes: impl AsRef<[u8]>) -> Result<CurveTake, String> {
 fn live_link(rows: &[(&str, &str)]) -> String {
     let mut text = String::from("Timecode,BlendshapeCount,JawOpen,EyeBlinkLeft,HeadYaw\n");
     for (code, rest) in rows {
-        text.push_str(&format!("{code},{rest}\n"));
+        text.extend([code, ",", rest, "\n"]);
     }
     text
 }
@@ -116,6 +116,8 @@ fn mistakes_in_a_recording_are_named() {
     assert!(said(&[("00:00:00:00", "61,inf,0,0")]).contains("\"inf\" is no value of JawOpen"));
     let twice = [("00:00:00:01.0", "61,0,0,0"), ("00:00:00:01.0", "61,0,0,0")];
     assert!(said(&twice).contains("line 3: its timecode is not after"));
+    let days = ["23:00:00:00", "01:00:00:00", "23:00:00:00", "01:00:00:00"].map(|code| (code, "0"));
+    assert!(said(&days).contains("line 5: its timecode passes midnight once more"));
     let header = "Timecode,BlendShapeCount,JawOpen,jawopen\n00:00:00:01,61,0,0\n";
     assert!(read(header).unwrap_err().contains("names \"jawopen\" twice"));
     assert!(read("Timecode,BlendShapeCount\n00:00:00:01,61\n").unwrap_err().contains("52 shapes"));

@@ -154,9 +154,12 @@ fn distance((x, y): (f64, f64), [(ax, ay), (bx, by)]: [(f64, f64); 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use image::Rgba;
-    use plotters::prelude::*;
+    use super::Canvas;
+    use image::{Rgba, RgbaImage};
+    use plotters::{
+        prelude::*,
+        style::text_anchor::{HPos, Pos, VPos},
+    };
 
     fn drawn(draw: impl Fn(&DrawingArea<Canvas<'_>, plotters::coord::Shift>)) -> RgbaImage {
         let mut picture = RgbaImage::from_pixel(100, 60, Rgba([255, 255, 255, 255]));
@@ -182,7 +185,6 @@ mod tests {
 
     #[test]
     fn text_stands_where_its_anchor_says_and_turns_with_it() {
-        use plotters::style::text_anchor::Pos;
         let words = |style: TextStyle<'static>| {
             dark(&drawn(move |area| area.draw(&Text::new("Hm", (50, 30), style.clone())).unwrap()))
         };

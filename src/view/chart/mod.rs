@@ -103,10 +103,8 @@ impl Chart<'_> {
                 .write_image(&rgb, width, height, ExtendedColorType::Rgb8)
                 .map_err(|error| failed(error.to_string()))?;
             let data = base64::encode(&bytes);
-            text.push_str(&format!(
-                "<image x=\"{x}\" y=\"{y}\" {} href=\"data:image/jpeg;base64,{data}\"/>\n",
-                size_of(width, height)
-            ));
+            let (place, size) = (format!("x=\"{x}\" y=\"{y}\""), size_of(width, height));
+            text.extend(["<image ", &place, " ", &size, " href=\"data:image/jpeg;base64,", &data, "\"/>\n"]);
         }
         text.push_str("</svg>\n");
         Ok(text)
@@ -130,7 +128,7 @@ impl Chart<'_> {
         area.fill(&WHITE)?;
         match self {
             Self::Curves { title, curves, muscles } => {
-                over_time::draw_curves(&area, title, curves, *muscles)?
+                over_time::draw_curves(&area, title, curves, *muscles)?;
             }
             Self::Error { title, curves, muscles } => over_time::draw_error(&area, title, curves, *muscles)?,
             Self::Snapshots { title, curves, muscles, moments } => {

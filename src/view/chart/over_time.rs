@@ -33,7 +33,7 @@ pub(super) fn head<DB: DrawingBackend>(area: &Area<DB>, title: &str, curves: &Mu
     let mut about =
         format!("{} frames, {last:.1} s, {:.2} frames a second", frames.len(), curves.rate().per_second());
     if unseen > 0 {
-        about.push_str(&format!("; face not seen in {unseen}"));
+        about = format!("{about}; face not seen in {unseen}");
     }
     area.draw(&Text::new(about, (20, 66), words(24, PALE_INK, HPos::Left, VPos::Top)))
 }

@@ -8,7 +8,7 @@ use plotters_backend::text_anchor::{HPos, VPos};
 /// Of a whole chart, in units; two make a pixel of an SVG.
 pub(super) const WIDTH: u32 = 2400;
 /// Left of every panel: its name, and the numbers of its axis.
-pub(super) const LEFT: u32 = 280;
+pub(super) const LEFT: u32 = 320;
 /// Right of every panel: the names of its lines.
 pub(super) const RIGHT: u32 = 400;
 /// Between panels.
@@ -127,8 +127,11 @@ impl Panel<'_> {
         for (row, line) in (0..).zip(named) {
             let y = (GAP + LEGEND_ROW / 2 + row * LEGEND_ROW) as i32;
             legend.draw(&PathElement::new([(24, y), (64, y)], line.colour.stroke_width(6)))?;
-            let name: String = line.name.chars().take(26).collect();
-            legend.draw(&Text::new(name, (78, y), words(20, INK, HPos::Left, VPos::Center)))?;
+            legend.draw(&Text::new(
+                shortened(&line.name),
+                (78, y),
+                words(20, INK, HPos::Left, VPos::Center),
+            ))?;
         }
         Ok(())
     }
@@ -138,6 +141,18 @@ impl Panel<'_> {
 pub(super) fn whole(places: &[f64]) -> Range<f64> {
     let (first, last) = (places.first().copied().unwrap_or(0.0), places.last().copied().unwrap_or(0.0));
     if last > first { first..last } else { first..first + 1.0 }
+}
+
+/// A muscle's name, cut in its middle where it is too long: the side stands at its end.
+pub(super) fn shortened(name: &str) -> String {
+    /// Letters that there is room for.
+    const MOST: usize = 30;
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST {
+        return name.to_owned();
+    }
+    let (start, end) = (&letters[..MOST / 2], &letters[letters.len() + 2 - MOST / 2..]);
+    start.iter().chain(&['.', '.']).chain(end).collect()
 }
 
 /// A number of an axis without needless zeros.
@@ -150,6 +165,13 @@ pub(super) fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_names_keep_their_ends() {
+        assert_eq!(shortened("levator_labii_superioris_right"), "levator_labii_superioris_right");
+        let cut = shortened("levator_labii_superioris_alaeque_nasi_right");
+        assert_eq!(cut, "levator_labii_s..ue_nasi_right");
+    }
 
     #[test]
     fn numbers_are_short() {

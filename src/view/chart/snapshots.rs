@@ -6,7 +6,7 @@ use plotters_backend::text_anchor::{HPos, VPos};
 use super::{
     Inset, Moment,
     over_time::{HEAD, head},
-    panel::{Area, Drawn, GRID, INK, LOWER, PALE_INK, UPPER, WIDTH, words},
+    panel::{Area, Drawn, GRID, INK, LOWER, PALE_INK, UPPER, WIDTH, shortened, words},
 };
 use crate::muscle::{FaceRegion, MuscleCurves};
 
@@ -18,7 +18,7 @@ const ROW: u32 = 34;
 const CAPTION: u32 = 52;
 const GAP: u32 = 40;
 /// Of the muscles' names.
-const NAMES: u32 = 276;
+const NAMES: u32 = 320;
 /// Of the numbers behind the bars.
 const NUMBERS: u32 = 70;
 /// Pictures are at least as high as this many bars.
@@ -47,7 +47,7 @@ impl Layout {
         let columns = if has_pictures { 2 } else { 4 }.min(moments.len().max(1) as u32);
         let rows = (muscles.len() as u32).max(if has_pictures { LEAST_ROWS } else { 1 });
         let cell = (WIDTH / if has_pictures { 2 } else { 4 }, CAPTION + rows * ROW + GAP);
-        Self { muscles, columns, cell, picture: if has_pictures { cell.0 * 45 / 100 } else { 0 }, full }
+        Self { muscles, columns, cell, picture: if has_pictures { cell.0 * 42 / 100 } else { 0 }, full }
     }
 
     fn height(&self, moments: usize) -> u32 {
@@ -115,7 +115,7 @@ pub(super) fn draw<DB: DrawingBackend>(
         for (row, &muscle) in (0..).zip(&layout.muscles) {
             let y = (top + CAPTION + row * ROW) as i32;
             let middle = y + ROW as i32 / 2;
-            let name: String = curves.muscles()[muscle].chars().take(25).collect();
+            let name = shortened(&curves.muscles()[muscle]);
             let value = frame.contractions[muscle];
             area.draw(&Text::new(name, (from - 12, middle), words(20, INK, HPos::Right, VPos::Center)))?;
             let bar = |end: i32| [(from, y + 6), (end, y + ROW as i32 - 6)];

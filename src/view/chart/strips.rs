@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::prelude::*;
 use plotters_backend::text_anchor::{HPos, VPos};
 
-use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, short, whole, words};
+use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, short, shortened, whole, words};
 use crate::muscle::{Channel, FaceRegion, MuscleCurves};
 
 /// Of a strip, units.
@@ -50,7 +50,7 @@ pub(super) fn draw<DB: DrawingBackend>(area: &Area<DB>, curves: &MuscleCurves, p
         let y = (GAP + ROW * row as u32 + ROW / 2) as i32;
         let known = curves.channels()[muscle] != Channel::Absent;
         let style = words(20, if known { INK } else { PALE_INK }, HPos::Right, VPos::Center);
-        let name: String = curves.muscles()[muscle].chars().take(26).collect();
+        let name = shortened(&curves.muscles()[muscle]);
         area.draw(&Text::new(name, (LEFT as i32 - 12, y), style))?;
     }
     chart
