@@ -18,6 +18,8 @@ const FILLED: f64 = 0.92;
 const CELLS: usize = 400;
 /// Steps from relaxed to contracted.
 const LEVELS: usize = 32;
+/// Of one of them in the key, units.
+const KEY_STEP: u32 = 8;
 
 /// In the order of the file, the upper face first.
 fn order(curves: &MuscleCurves) -> Vec<usize> {
@@ -27,14 +29,16 @@ fn order(curves: &MuscleCurves) -> Vec<usize> {
 }
 
 pub(super) fn height(curves: &MuscleCurves) -> u32 {
-    GAP + ROW * curves.muscles().len() as u32 + FOOT
+    let strips = ROW * curves.muscles().len() as u32 + FOOT;
+    GAP + strips.max(KEY_STEP * (LEVELS as u32 + 1) + GAP)
 }
 
 /// Draws into an area of the chart's width and [`height`]; `places` are the frames' seconds.
 pub(super) fn draw<DB: DrawingBackend>(area: &Area<DB>, curves: &MuscleCurves, places: &[f64]) -> Drawn<DB> {
-    let (plot, beside) = area.split_horizontally(WIDTH - RIGHT);
     let order = order(curves);
     let count = order.len();
+    let (left, beside) = area.split_horizontally(WIDTH - RIGHT);
+    let (plot, _) = left.split_vertically(GAP + ROW * count as u32 + FOOT);
     let range = whole(places);
     let mut chart = ChartBuilder::on(&plot)
         .margin_top(GAP)
@@ -69,7 +73,7 @@ pub(super) fn draw<DB: DrawingBackend>(area: &Area<DB>, curves: &MuscleCurves, p
 
 /// What the shades mean.
 fn key<DB: DrawingBackend>(area: &Area<DB>) -> Drawn<DB> {
-    let (left, top, step) = (24, GAP as i32, 8);
+    let (left, top, step) = (24, GAP as i32, KEY_STEP as i32);
     for level in 0..=LEVELS {
         let y = top + (LEVELS - level) as i32 * step;
         area.draw(&Rectangle::new([(left, y), (left + 28, y + step)], shade(level).filled()))?;
