@@ -1,7 +1,8 @@
 //! Measures the built-in library of action units on faces whose expressions are known.
 //!
 //! `scripts/export_action_faces.py … -o FACES`, then
-//! `cargo run --release --example action_library -- FACES -o models/actions.json`
+//! `cargo run --release --example action_library -- FACES -o models/actions.json
+//! --muscles models/arkit_muscles.json`
 //!
 //! ICT-FaceKit's mean face is the average face. Every other face is measured on itself, carried to the average face by
 //! the landmark spline, and averaged; the two halves of an action are averaged with each other's mirror images.
@@ -15,8 +16,9 @@ use understudy::{
     actions::{ActionFacts, ActionKey, ActionLibrary, Catalogue, Measured, measure_moved},
     anatomy::{Lip, SidedSkin, SkinPlace, eye_landmarks},
     assets::Assets,
-    export::{Pc2Reader, write_library},
+    export::{Pc2Reader, write_basis, write_library},
     lift::Side,
+    muscle::{Channel, Element, MuscleBasis, Part},
     pipeline::{Networks, Target, TargetOptions, read_canonical_face},
     scan::{Anchor, Mesh, Surface, read_mesh},
     spline::{Kernel, Options, Regularisation, Spline},
@@ -31,6 +33,9 @@ struct Arguments {
     /// The library
     #[arg(short, long)]
     output: PathBuf,
+    /// The basis of ARKit's shapes
+    #[arg(long)]
+    muscles: PathBuf,
 }
 
 #[derive(Deserialize)]
@@ -92,7 +97,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let Some(library) = &mut library else {
             // The first face is the average one; its own expressions are those of the others and are not counted again.
             let places: Option<Vec<_>> = measured[0].places.iter().copied().collect();
-            let face = evened(&places.ok_or("the average face lacks landmarks")?);
+            let places = evened(&places.ok_or("the average face lacks landmarks")?);
+            write_basis(&options.muscles, &arkit(places.clone(), &face.shapes, &measured))?;
+            let face = places;
             library = Some(ActionLibrary { name: "built-in".into(), face, actions: Vec::new() });
             continue;
         };
@@ -140,6 +147,46 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     write_library(&options.output, &library)?;
     Ok(())
+}
+
+/// ICT-FaceKit's shapes under ARKit's names, as measured on the mean face. What ARKit has as one, is added up; shapes that
+/// it has not, are left out, and so is where the eyes look, which skin hardly shows.
+fn arkit(face: Vec<Point3<f64>>, shapes: &[String], measured: &[Measured]) -> MuscleBasis {
+    const LEFT_OUT: [&str; 3] = ["PupilDilate", "cheekRaiser", "eyeLook"];
+    const WHOLE: [&str; 2] = ["browInnerUp", "cheekPuff"];
+    let mut elements: Vec<Element> = Vec::new();
+    let fullest = measured.iter().flat_map(|m| m.closure).fold(0.5, f64::max);
+    for (shape, measured) in shapes.iter().zip(measured) {
+        if LEFT_OUT.iter().any(|start| shape.starts_with(start)) {
+            continue;
+        }
+        let stem = shape.strip_suffix("_L").map(|stem| (stem, "Left"));
+        let (stem, side) =
+            stem.or(shape.strip_suffix("_R").map(|stem| (stem, "Right"))).unwrap_or((shape, ""));
+        let name = if WHOLE.contains(&stem) { stem.to_owned() } else { format!("{stem}{side}") };
+        let vectors = measured.vectors.iter().map(|v| v.unwrap_or_default());
+        let closure = measured.closure.map(|c| c / fullest).map(|c| if c.abs() < 0.03 { 0.0 } else { c });
+        if let Some(known) = elements.iter_mut().find(|element| element.name == name) {
+            known.vectors.iter_mut().zip(vectors).for_each(|(sum, v)| *sum += v);
+            known.closure.iter_mut().zip(closure).for_each(|(sum, c)| *sum += c);
+            continue;
+        }
+        let upper = stem.starts_with("brow") || stem.starts_with("eye") || stem == "cheekSquint";
+        let part = if upper { Part::Upper } else { Part::Lower };
+        elements.push(Element { channel: channel(stem), vectors: vectors.collect(), name, part, closure });
+    }
+    MuscleBasis { name: "ARKit".to_owned(), face, elements, turns_jaw: true }
+}
+
+/// How far one camera's landmarks tell of a shape: measured on renderings of known expressions (`docs/muscles.md`).
+fn channel(stem: &str) -> Channel {
+    match stem {
+        "jawOpen" | "mouthSmile" | "browInnerUp" | "browOuterUp" | "browDown" | "noseSneer"
+        | "cheekSquint" => Channel::Measured,
+        "eyeBlink" | "eyeSquint" | "mouthUpperUp" | "mouthPucker" | "mouthRollLower" | "mouthShrugUpper"
+        | "mouthClose" => Channel::Weak,
+        _ => Channel::Inferred,
+    }
 }
 
 /// The landmarks of ICT-FaceKit's mean face. Where its table gives one vertex to several landmarks, as around the corners of

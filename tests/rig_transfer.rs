@@ -87,7 +87,7 @@ fn expression(performer: &Performer) -> Expression {
         let upper = 1.0 / (1.0 + ((45.0 - point.y) / 6.0).exp());
         *vector = Vector3::new(0.0, -20.0 * lower + 6.0 * upper, -4.0 * lower);
     }
-    Expression { pose: *performer.rest(), displacements, eyes: Eyes::default() }
+    Expression { displacements, ..Expression::neutral(*performer.rest()) }
 }
 
 #[test]
@@ -96,11 +96,7 @@ fn the_neutral_is_the_scan_itself() {
     for rule in [Method::default(), Method::THESIS] {
         let rig = rig(&pair, rule);
         let mut frame = rig.new_frame();
-        let neutral = Expression {
-            pose: *pair.performer.rest(),
-            displacements: Displacements::neutral(),
-            eyes: Eyes::default(),
-        };
+        let neutral = Expression::neutral(*pair.performer.rest());
         rig.pose(&neutral, &mut frame).unwrap();
         assert_eq!(frame.positions, rig.rest());
         assert!(frame.head.rotation.angle() < 1e-9 && frame.head.translation.vector.norm() < 1e-6);

@@ -6,7 +6,7 @@ use nalgebra::Rotation3;
 use understudy::{
     assets::Assets,
     export::{MotionRecord, read_motion_csv},
-    pipeline::{Animation, HeadMode, Networks, Stage, Stopwatch, VideoPlan, write_motion},
+    pipeline::{Animation, HeadMode, Networks, SolveOptions, Stage, Stopwatch, VideoPlan, write_motion},
     view::{Gpu, Look, Smoothing},
 };
 
@@ -35,7 +35,7 @@ pub fn track_again(
         Stage::new(gpu, animation.target, level, [SIDE; 2], look, HeadMode::Follow, Smoothing::Edges)?;
     let plan = VideoPlan { path: path.clone(), stage, beside: None, sound_from: None };
     animation.write_mp4(plan, &mut Stopwatch::default(), |_| {})?;
-    let film = solve(&path, assets, networks)?;
+    let film = solve(&path, assets, networks, &SolveOptions::default())?;
     let table = folder.path().join("landmarks.csv");
     let (performer, avatar) = (as_tracked(take, &table)?, as_tracked(&film, &table)?);
     // The film shows the clip at its nominal rate.

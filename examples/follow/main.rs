@@ -29,8 +29,8 @@ use understudy::{
     assets::Assets,
     capture::{self, FrameRate},
     pipeline::{
-        Animation, HeadMode, Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions,
-        read_canonical_face,
+        Animation, HeadMode, LiftMode, Motion, Networks, Performance, SolveOptions, Stopwatch, Target,
+        TargetOptions, read_canonical_face,
     },
     rig::{Method, Rig},
     tracking::TrackerOptions,
@@ -56,6 +56,9 @@ struct Arguments {
     /// Film the avatar and track it again
     #[arg(long)]
     film: bool,
+    /// Lift by the picture's plane in place of the muscles
+    #[arg(long)]
+    plane: bool,
 }
 
 /// A tracked and solved clip.
@@ -98,10 +101,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for omission in &target.anatomy.omissions {
         println!("{}: {omission}\n", target.scan.name);
     }
+    let lift = if arguments.plane { LiftMode::Plane } else { LiftMode::Muscles };
+    let solving = SolveOptions { lift, ..SolveOptions::default() };
     let mut compared = Vec::new();
     let mut films = Vec::new();
     for clip in &clips {
-        let take = solve(clip, &assets, &mut networks)?;
+        let take = solve(clip, &assets, &mut networks, &solving)?;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
         let rig =
             Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, Method::default())?;
@@ -160,12 +165,17 @@ fn james(assets: &Assets) -> Result<PathBuf, Box<dyn Error>> {
     Ok(assets.verified("james_obj")?)
 }
 
-fn solve(clip: &Path, assets: &Assets, networks: &mut Networks) -> Result<Take, Box<dyn Error>> {
+fn solve(
+    clip: &Path,
+    assets: &Assets,
+    networks: &mut Networks,
+    solving: &SolveOptions,
+) -> Result<Take, Box<dyn Error>> {
     let average = read_canonical_face(&assets.verified("canonical_face")?)?;
     let mut watch = Stopwatch::default();
     let performance =
         Performance::track(capture::open(clip, RATE)?, &mut networks.tracker, 2, &mut watch, |_| {})?;
-    let motion = Motion::solve(&performance, &average, &mut networks.blendshapes, &SolveOptions::default())?;
+    let motion = Motion::solve(&performance, &average, &mut networks.blendshapes, solving)?;
     let name = clip.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Take { name, performance, motion })
 }

@@ -9,8 +9,8 @@ use understudy::{
     head::Camera,
     lift::Smoothing,
     pipeline::{
-        Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target, TargetOptions,
-        performer_face, read_canonical_face,
+        LiftMode, Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target,
+        TargetOptions, performer_face, read_canonical_face,
     },
     tracking::TrackerOptions,
     view::Gpu,
@@ -38,6 +38,9 @@ pub struct ClipArgs {
     /// The performer's own neutral scan; without it an average face is fitted to the neutral frames
     #[arg(long, value_name = "SCAN")]
     performer: Option<PathBuf>,
+    /// Where depth comes from, which one camera does not see
+    #[arg(long, value_enum, default_value_t = LiftArg::Muscles)]
+    lift: LiftArg,
     /// How to steady head and face
     #[arg(long, value_enum, default_value_t = SmoothingArg::ZeroPhase)]
     smoothing: SmoothingArg,
@@ -57,6 +60,14 @@ enum SmoothingArg {
     Causal,
     /// Look at both sides of each frame: steadier, without lag
     ZeroPhase,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum LiftArg {
+    /// Head pose and muscles are solved together
+    Muscles,
+    /// The picture's plane and the network's own depth
+    Plane,
 }
 
 /// A solved take with what it was solved from.
@@ -113,6 +124,10 @@ impl ClipArgs {
                 SmoothingArg::Off => Smoothing::Off,
                 SmoothingArg::Causal => Smoothing::Causal,
                 SmoothingArg::ZeroPhase => Smoothing::ZeroPhase,
+            },
+            lift: match self.lift {
+                LiftArg::Muscles => LiftMode::Muscles,
+                LiftArg::Plane => LiftMode::Plane,
             },
         };
         let motion = watch

@@ -65,9 +65,17 @@ pub struct Expression {
     pub displacements: Displacements,
     /// Lids and gaze.
     pub eyes: Eyes,
+    /// How far each muscle is contracted, in the order of the basis by which the take was lifted; none where it was not.
+    pub contractions: Vec<f64>,
 }
 
 impl Expression {
+    /// The neutral face in some pose.
+    pub fn neutral(pose: HeadPose) -> Self {
+        let displacements = Displacements::neutral();
+        Self { pose, displacements, eyes: Eyes::default(), contractions: Vec::new() }
+    }
+
     /// `share` of the way from `self` to `other`.
     fn towards(&self, other: &Self, share: f64) -> Self {
         let rotation = self.pose.rotation.slerp(&other.pose.rotation, share);
@@ -89,8 +97,15 @@ impl Expression {
                 states: other.displacements.states.clone(),
             },
             eyes: self.eyes.towards(&other.eyes, share),
+            contractions: mixed(&self.contractions, &other.contractions, share),
         }
     }
+}
+
+/// Contractions on the way from one to the other; those that only one has are 0 in the other.
+fn mixed(from: &[f64], to: &[f64], share: f64) -> Vec<f64> {
+    let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+    (0..from.len().max(to.len())).map(|i| at(from, i) + (at(to, i) - at(from, i)) * share).collect()
 }
 
 /// Carries the face over frames without one.
@@ -105,12 +120,7 @@ pub struct Presence {
 impl Presence {
     /// `rest` is the performer's pose while neutral, to which a lost face returns.
     pub fn new(rest: HeadPose) -> Self {
-        Self {
-            rest: Expression { pose: rest, displacements: Displacements::neutral(), eyes: Eyes::default() },
-            shown: None,
-            lost_since: None,
-            blending_since: None,
-        }
+        Self { rest: Expression::neutral(rest), shown: None, lost_since: None, blending_since: None }
     }
 
     /// What to show at `time`, given what was seen.
@@ -179,7 +189,7 @@ mod tests {
         let mut displacements = Displacements::neutral();
         displacements.vectors[61].y = amount;
         displacements.states.fill(LandmarkState::Observed);
-        Expression { pose: frontal_pose(), displacements, eyes: Eyes::default() }
+        Expression { displacements, ..Expression::neutral(frontal_pose()) }
     }
 
     #[test]

@@ -50,14 +50,19 @@ impl Repair {
         self.jumping_for.fill(0.0);
     }
 
-    /// Replaces what is missing or has jumped, and marks it inferred.
-    pub fn apply(&mut self, time: Timestamp, pose: &HeadPose, displacements: &mut Displacements) {
-        for (state, outward) in displacements.states.iter_mut().zip(&self.outward) {
+    /// Marks what is turned away from the camera as absent: there the network guesses.
+    pub fn hide(&self, pose: &HeadPose, states: &mut [LandmarkState]) {
+        for (state, outward) in states.iter_mut().zip(&self.outward) {
             // The camera looks along +z, so skin that faces it points to -z.
             if *state == LandmarkState::Observed && -(pose.rotation * outward).z < GRAZING {
                 *state = LandmarkState::Absent;
             }
         }
+    }
+
+    /// Replaces what is missing or has jumped, and marks it inferred.
+    pub fn apply(&mut self, time: Timestamp, pose: &HeadPose, displacements: &mut Displacements) {
+        self.hide(pose, &mut displacements.states);
         if let Some((then, last)) = &self.last {
             let interval = Timestamp(time.0 - then.0).seconds().max(1e-3);
             hold_jumps(displacements, last, interval, &mut self.jumping_for);

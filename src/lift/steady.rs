@@ -32,6 +32,10 @@ pub enum Smoothing {
 const FACE: OneEuroSettings = OneEuroSettings { minimum_cutoff: 1.5, beta: 0.15 };
 /// Lids and irises.
 const LIDS: OneEuroSettings = OneEuroSettings { minimum_cutoff: 4.0, beta: 0.6 };
+/// Contractions, from 0 to 1: a fifth of the jitter at a third of a frame's lag.
+const MUSCLES: OneEuroSettings = OneEuroSettings { minimum_cutoff: 1.5, beta: 3.0 };
+/// Contractions of the lids.
+const LID_MUSCLES: OneEuroSettings = OneEuroSettings { minimum_cutoff: 4.0, beta: 6.0 };
 /// Rotation in degrees and translation in millimetres, which are of like size.
 const HEAD: OneEuroSettings = OneEuroSettings { minimum_cutoff: 1.2, beta: 0.08 };
 
@@ -49,19 +53,20 @@ fn is_quick(region: Region) -> bool {
 pub struct CausalSteadier {
     head: OneEuro<6>,
     face: Vec<OneEuro<3>>,
+    muscles: Vec<OneEuro<1>>,
 }
 
-impl Default for CausalSteadier {
-    fn default() -> Self {
+impl CausalSteadier {
+    /// `quick` tells of each contraction whether it moves the lids.
+    pub fn new(quick: &[bool]) -> Self {
         let face = landmark_table()
             .iter()
             .map(|facts| OneEuro::new(if is_quick(facts.region) { LIDS } else { FACE }))
             .collect();
-        Self { head: OneEuro::new(HEAD), face }
+        let muscles = quick.iter().map(|&quick| OneEuro::new(if quick { LID_MUSCLES } else { MUSCLES }));
+        Self { head: OneEuro::new(HEAD), face, muscles: muscles.collect() }
     }
-}
 
-impl CausalSteadier {
     /// Steadies one frame in place.
     pub fn apply(&mut self, time: Timestamp, reference: &Rotation3<f64>, expression: &mut Expression) {
         let head = self.head.filter(time, head_vector(&expression.pose, reference));
@@ -69,11 +74,20 @@ impl CausalSteadier {
         for (filter, vector) in self.face.iter_mut().zip(&mut expression.displacements.vectors) {
             *vector = filter.filter(time, *vector);
         }
+        for (filter, contraction) in self.muscles.iter_mut().zip(&mut expression.contractions) {
+            *contraction = filter.filter(time, SVector::from([*contraction])).x.clamp(0.0, 1.0);
+        }
     }
 }
 
-/// Steadies an unbroken stretch of a recording in place, without lag.
-pub fn steady_recording(times: &[Timestamp], reference: &Rotation3<f64>, expressions: &mut [Expression]) {
+/// Steadies an unbroken stretch of a recording in place, without lag. `quick` tells of each contraction whether it moves
+/// the lids.
+pub fn steady_recording(
+    times: &[Timestamp],
+    reference: &Rotation3<f64>,
+    quick: &[bool],
+    expressions: &mut [Expression],
+) {
     let head: Vec<_> = expressions.iter().map(|e| head_vector(&e.pose, reference)).collect();
     let head = ZeroPhase::new(times, HEAD_BANDWIDTH).apply(&head);
     for (expression, head) in expressions.iter_mut().zip(&head) {
@@ -87,6 +101,13 @@ pub fn steady_recording(times: &[Timestamp], reference: &Rotation3<f64>, express
         let filter = if is_quick(facts.region) { &lids } else { &face };
         for (expression, value) in expressions.iter_mut().zip(filter.apply(&signal)) {
             expression.displacements.vectors[landmark] = value;
+        }
+    }
+    for (muscle, &quick) in quick.iter().enumerate() {
+        let signal: Vec<_> = expressions.iter().map(|e| SVector::from([e.contractions[muscle]])).collect();
+        let filter = if quick { &lids } else { &face };
+        for (expression, value) in expressions.iter_mut().zip(filter.apply(&signal)) {
+            expression.contractions[muscle] = value.x.clamp(0.0, 1.0);
         }
     }
 }
@@ -106,7 +127,7 @@ fn set_head(pose: &mut HeadPose, vector: &Vector6<f64>, reference: &Rotation3<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lift::{Eyes, frontal_pose};
+    use crate::lift::frontal_pose;
 
     #[test]
     fn a_still_face_stays_exactly_and_a_blink_keeps_its_depth() {
@@ -117,10 +138,10 @@ mod tests {
             .map(|i| {
                 let mut displacements = Displacements::neutral();
                 displacements.vectors[159].y = blink(i);
-                Expression { pose: frontal_pose(), displacements, eyes: Eyes::default() }
+                Expression { displacements, ..Expression::neutral(frontal_pose()) }
             })
             .collect();
-        steady_recording(&times, &reference, &mut expressions);
+        steady_recording(&times, &reference, &[], &mut expressions);
         assert!(expressions.iter().all(|e| e.pose.rotation.angle_to(&reference) < 1e-12));
         assert!(expressions.iter().all(|e| e.displacements.vectors[61].norm() < 1e-12));
         let deepest = expressions.iter().map(|e| e.displacements.vectors[159].y).fold(0.0, f64::min);

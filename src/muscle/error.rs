@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::rows::Fault;
+use crate::{rig::RigError, rows::Fault};
 
 /// Errors of muscle bases, their analysis and their curves.
 #[derive(Debug, Error)]
@@ -42,6 +42,29 @@ pub enum MuscleError {
         name: String,
         /// The one that is not.
         other: String,
+    },
+    /// A basis cannot be carried to a face.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// A muscle that moves nothing.
+    #[error("{basis}: {muscle} moves nothing; leave it out, or sculpt its full contraction")]
+    Idle {
+        /// Of which basis.
+        basis: String,
+        /// Which.
+        muscle: String,
+    },
+    /// A muscle whose shape is a mixture of others.
+    #[error(
+        "{basis}: the shape of {muscle} is a mixture of {of}, so that its contraction cannot be told; leave one out"
+    )]
+    Dependent {
+        /// Of which basis.
+        basis: String,
+        /// Which.
+        muscle: String,
+        /// Those that make it up.
+        of: String,
     },
 }
 

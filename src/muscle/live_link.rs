@@ -218,7 +218,7 @@ fn since_first(codes: &[Timecode], nominal: u32) -> Vec<Timestamp> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lift::frontal_pose;
+    use crate::{lift::frontal_pose, muscle::MuscleBasis};
 
     #[test]
     fn turns_have_the_signs_of_the_recording() {
@@ -260,6 +260,13 @@ mod tests {
             (head[1].abs() - 0.3).abs() < 1e-12 && head[1].signum() == nose.y.signum(),
             "{head:?} {nose}"
         );
+    }
+
+    #[test]
+    fn shapes_of_the_basis_are_shapes_of_the_file() {
+        for name in MuscleBasis::arkit().names() {
+            assert!(ARKIT_SHAPES.contains(&name), "{name}");
+        }
     }
 
     #[test]

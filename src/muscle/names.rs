@@ -1,19 +1,11 @@
-//! What muscles' names tell: the side, the region, and which name was meant.
+//! What muscles' names tell: the side, the part of the face, and which name was meant.
 
-use super::MuscleError;
+use super::{MuscleError, Part};
 
-/// Where a muscle moves the skin; 001 §4.1 analyses the two by themselves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaceRegion {
-    /// Forehead, brows and lids.
-    Upper,
-    /// Nose, cheeks, mouth and jaw.
-    Lower,
-}
-
-impl FaceRegion {
-    /// By the name of a muscle of 001 or of an ARKit shape; a name that says nothing counts as lower.
-    pub fn of(muscle: &str) -> Self {
+impl Part {
+    /// By the name of a muscle of 001 or of an ARKit shape, for curves whose basis is not at hand; a name that says
+    /// nothing counts as lower.
+    pub fn of_name(muscle: &str) -> Self {
         const UPPER: [&str; 7] = [
             "brow",
             "eye",
@@ -80,6 +72,7 @@ pub fn find_muscle(muscles: &[String], name: &str) -> Result<usize, MuscleError>
 
 #[cfg(test)]
 mod tests {
+    use super::super::MuscleBasis;
     use super::*;
 
     #[test]
@@ -101,15 +94,19 @@ mod tests {
     }
 
     #[test]
-    fn regions_are_those_of_the_paper() {
-        for upper in
-            ["frontalis_left", "Corrugator", "orbicularis_oculi_right", "browInnerUp", "eyeBlinkLeft"]
-        {
-            assert_eq!(FaceRegion::of(upper), FaceRegion::Upper, "{upper}");
+    fn names_of_both_bases_tell_part_and_side() {
+        for basis in [MuscleBasis::arkit(), MuscleBasis::sixteen()] {
+            for element in &basis.elements {
+                assert_eq!(Part::of_name(&element.name), element.part, "{}", element.name);
+                if let Some(other) = other_side(&element.name) {
+                    assert!(basis.index(&other).is_some(), "{} without {other}", element.name);
+                }
+            }
         }
-        for lower in ["orbicularis_oris", "noseSneerLeft", "jaw_rotation", "lips_pressor", "cheekPuff"] {
-            assert_eq!(FaceRegion::of(lower), FaceRegion::Lower, "{lower}");
+        for upper in ["eyeLookUpLeft", "cheekRaiser_L eye", "Orbicularis oculi"] {
+            assert_eq!(Part::of_name(upper), Part::Upper, "{upper}");
         }
+        assert_eq!(Part::of_name("tongueOut"), Part::Lower);
     }
 
     #[test]

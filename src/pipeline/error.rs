@@ -6,6 +6,7 @@ use crate::{
     export::{ExportError, MorphBasisError},
     grid::GridError,
     lift::LiftError,
+    muscle::MuscleError,
     rig::RigError,
     scan::ScanError,
     spline::SplineError,
@@ -37,6 +38,9 @@ pub enum PipelineError {
     /// Transfer and warp.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// Muscles.
+    #[error(transparent)]
+    Muscle(#[from] MuscleError),
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),

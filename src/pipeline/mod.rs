@@ -40,7 +40,7 @@ pub use face_grid::{GridOptions, GriddedFace};
 pub use glb_take::{GlbReport, write_take_glb};
 pub use grid_picture::{average_picture, grid_picture};
 pub use inspection::inspection_picture;
-pub use motion::{Motion, MotionFrame, SolveOptions};
+pub use motion::{LiftMode, Motion, MotionFrame, SolveOptions};
 pub use motion_table::{MotionTable, write_motion};
 pub use networks::Networks;
 pub use performance::{Performance, TrackedFrame};

@@ -11,6 +11,7 @@ use crate::{
         NeutralSearch, NeutralStretch, NotNeutral, Performer, Presence, Repair, Smoothing, eyes_of_recording,
         measure_eyes, steady_recording,
     },
+    muscle::{Muscle, MuscleBasis, MuscleLift},
     tracking::{BlendshapeNetwork, Landmarks, TrackingError},
 };
 
@@ -25,6 +26,18 @@ pub struct SolveOptions {
     pub accept_neutral: bool,
     /// How to steady.
     pub smoothing: Smoothing,
+    /// Where depth comes from.
+    pub lift: LiftMode,
+}
+
+/// How landmarks in the picture become motion in space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LiftMode {
+    /// Pose and muscles are solved together; depth follows from the muscles.
+    #[default]
+    Muscles,
+    /// Pose from the rigid points, then the plane parallel to the picture, with the network's depth as a hint.
+    Plane,
 }
 
 impl Default for SolveOptions {
@@ -34,6 +47,7 @@ impl Default for SolveOptions {
             neutral: None,
             accept_neutral: false,
             smoothing: Smoothing::default(),
+            lift: LiftMode::default(),
         }
     }
 }
@@ -60,6 +74,8 @@ pub struct Motion {
     pub info: ClipInfo,
     /// The performer's camera and neutral scan.
     pub performer: Performer,
+    /// The muscles by which it was lifted, in the order of `Expression::contractions`.
+    pub muscles: Vec<Muscle>,
     /// All frames.
     pub frames: Vec<MotionFrame>,
     /// First and last moment of the neutral stretch.
@@ -97,8 +113,13 @@ impl Motion {
         let performer = Performer::from_average_face(camera, average_face, &neutral_frames)?;
         let neutral = (chosen[0].time, chosen[chosen.len() - 1].time);
         let eyes = neutral_eyes(&performer, &neutral_frames)?;
-        let frames = solve_frames(&performance.frames, &performer, &eyes, options.smoothing)?;
-        Ok(Self { info, performer, frames, neutral, objections: stretch.objections })
+        let mut lift = match options.lift {
+            LiftMode::Muscles => Some(MuscleLift::new(&performer, MuscleBasis::arkit())?),
+            LiftMode::Plane => None,
+        };
+        let muscles = lift.as_ref().map_or_else(Vec::new, |lift| lift.basis().muscles.clone());
+        let frames = solve_frames(&performance.frames, &performer, &mut lift, &eyes, options.smoothing)?;
+        Ok(Self { info, performer, muscles, frames, neutral, objections: stretch.objections })
     }
 }
 
@@ -138,6 +159,7 @@ fn neutral_eyes(performer: &Performer, frames: &[&Landmarks]) -> Result<NeutralE
 fn solve_frames(
     frames: &[TrackedFrame],
     performer: &Performer,
+    lift: &mut Option<MuscleLift>,
     neutral_eyes: &NeutralEyes,
     smoothing: Smoothing,
 ) -> Result<Vec<MotionFrame>, PipelineError> {
@@ -145,7 +167,7 @@ fn solve_frames(
     let mut expressions = Vec::with_capacity(frames.len());
     let mut eye_runs = Vec::new();
     for run in frames.chunk_by(|a, b| a.landmarks.is_some() == b.landmarks.is_some()) {
-        let (solved, eyes) = solve_run(run, performer, &mut repair, smoothing)?;
+        let (solved, eyes) = solve_run(run, performer, lift, &mut repair, smoothing)?;
         expressions.extend(solved);
         eye_runs.push(eyes);
     }
@@ -173,31 +195,55 @@ fn solve_frames(
 fn solve_run(
     run: &[TrackedFrame],
     performer: &Performer,
+    lift: &mut Option<MuscleLift>,
     repair: &mut Repair,
     smoothing: Smoothing,
 ) -> Result<(Vec<Expression>, EyeRun), PipelineError> {
     let reference = performer.rest().rotation;
-    let mut steadier = CausalSteadier::default();
+    let quick = lift.as_ref().map_or_else(Vec::new, MuscleLift::quick);
+    let mut steadier = CausalSteadier::new(&quick);
     let mut previous: Option<HeadPose> = None;
     let mut expressions = Vec::new();
     let mut eyes = EyeRun::default();
     repair.reset();
+    if let Some(lift) = lift {
+        lift.reset();
+    }
     for frame in run {
         let Some(landmarks) = &frame.landmarks else { continue };
-        let pose = performer.pose(landmarks, previous.as_ref())?;
-        previous = Some(pose);
+        let rigid = performer.pose(landmarks, previous.as_ref())?;
+        previous = Some(rigid);
         eyes.times.push(frame.timestamp);
-        eyes.measures.push(measure_eyes(performer, landmarks, &pose));
-        let displacements = performer.lift(landmarks, &pose);
-        let mut expression = Expression { pose, displacements, eyes: Eyes::default() };
-        repair.apply(frame.timestamp, &pose, &mut expression.displacements);
+        let mut expression = Expression::neutral(rigid);
+        match lift {
+            Some(lift) => {
+                let mut visible = landmarks.clone();
+                repair.hide(&rigid, &mut visible.states);
+                let lifted = lift.lift(performer, &visible, &rigid);
+                expression.pose = lifted.pose;
+                expression.displacements = lifted.displacements;
+                expression.contractions = lifted.contractions;
+            }
+            None => expression.displacements = performer.lift(landmarks, &rigid),
+        }
+        eyes.measures.push(measure_eyes(performer, landmarks, &expression.pose));
+        repair.apply(frame.timestamp, &expression.pose, &mut expression.displacements);
+        if let Some(lift) = lift {
+            // Contractions and what they leave unexplained are steadied apart.
+            lift.add(&expression.contractions, -1.0, &mut expression.displacements);
+        }
         if smoothing == Smoothing::Causal {
             steadier.apply(frame.timestamp, &reference, &mut expression);
         }
         expressions.push(expression);
     }
     if smoothing == Smoothing::ZeroPhase && !expressions.is_empty() {
-        steady_recording(&eyes.times, &reference, &mut expressions);
+        steady_recording(&eyes.times, &reference, &quick, &mut expressions);
+    }
+    if let Some(lift) = lift {
+        for expression in &mut expressions {
+            lift.add(&expression.contractions, 1.0, &mut expression.displacements);
+        }
     }
     Ok((expressions, eyes))
 }

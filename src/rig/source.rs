@@ -32,13 +32,18 @@ impl SourceFace {
         }
     }
 
-    /// A library's average face, which was measured in space.
+    /// A library's average face.
     pub fn library(library: &ActionLibrary) -> Self {
+        Self::average(&library.face)
+    }
+
+    /// An average face, which was measured in space. `points` has its handles, scan frame, millimetres.
+    pub fn average(points: &[Point3<f64>]) -> Self {
         // Lips that press and roll seem to part a little where their rims are a few points; they part beyond this.
         const TOUCHING: f64 = 0.9;
-        let gap = |pair: usize| library.face[UPPER_INNER[pair]].y - library.face[LOWER_INNER[pair]].y;
+        let gap = |pair: usize| points[UPPER_INNER[pair]].y - points[LOWER_INNER[pair]].y;
         Self {
-            points: library.face.clone(),
+            points: points.to_vec(),
             level: Rotation3::identity(),
             closed_lips: std::array::from_fn(|pair| gap(pair).max(0.0) + TOUCHING),
             has_depth: true,

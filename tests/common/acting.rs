@@ -73,5 +73,5 @@ pub fn performing(moved: impl Fn(usize, &Point3<f64>) -> Vector3<f64>) -> Expres
     for (i, (vector, point)) in points.enumerate() {
         *vector = moved(i, point);
     }
-    Expression { pose: *CLIP.performer.rest(), displacements, eyes: Eyes::default() }
+    Expression { displacements, ..Expression::neutral(*CLIP.performer.rest()) }
 }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     lift::FaceState,
-    muscle::{FaceRegion, MuscleCurves, other_side},
+    muscle::{MuscleCurves, Part, other_side},
 };
 
 /// Above the first panel, units.
@@ -20,8 +20,7 @@ pub(super) const HEAD: u32 = 110;
 const SHOWN: usize = 5;
 /// Standard deviations below this do not count as motion.
 const STILL: f64 = 1e-3;
-const REGIONS: [(FaceRegion, &str); 2] =
-    [(FaceRegion::Upper, "upper face"), (FaceRegion::Lower, "lower face")];
+const REGIONS: [(Part, &str); 2] = [(Part::Upper, "upper face"), (Part::Lower, "lower face")];
 
 /// Title and, small, what the take is.
 pub(super) fn head<DB: DrawingBackend>(area: &Area<DB>, title: &str, curves: &MuscleCurves) -> Drawn<DB> {
@@ -46,9 +45,9 @@ fn motion(curves: &MuscleCurves, muscle: usize) -> f64 {
 }
 
 /// Those of a region that move most, most first; where one has sides, each with its other side behind it.
-fn movers(curves: &MuscleCurves, region: FaceRegion, most: usize) -> Vec<usize> {
+fn movers(curves: &MuscleCurves, region: Part, most: usize) -> Vec<usize> {
     let names = curves.muscles();
-    let of_region = |k: &usize| FaceRegion::of(&names[*k]) == region;
+    let of_region = |k: &usize| Part::of_name(&names[*k]) == region;
     let mut all: Vec<(f64, usize)> =
         (0..names.len()).filter(of_region).map(|k| (motion(curves, k), k)).collect();
     all.retain(|(motion, _)| *motion > STILL);
@@ -66,11 +65,11 @@ fn movers(curves: &MuscleCurves, region: FaceRegion, most: usize) -> Vec<usize> 
 }
 
 /// The muscles of a region's panel.
-fn shown(curves: &MuscleCurves, muscles: Option<&[usize]>, region: FaceRegion) -> Vec<usize> {
+fn shown(curves: &MuscleCurves, muscles: Option<&[usize]>, region: Part) -> Vec<usize> {
     match muscles {
         None => movers(curves, region, SHOWN),
         Some(chosen) => {
-            let of_region = |k: &usize| FaceRegion::of(&curves.muscles()[*k]) == region;
+            let of_region = |k: &usize| Part::of_name(&curves.muscles()[*k]) == region;
             chosen.iter().copied().filter(of_region).collect()
         }
     }
@@ -220,7 +219,7 @@ fn error_panels<'a>(
     let mut panels = Vec::new();
     for k in chosen {
         let name = curves.muscles()[k].as_str();
-        let colour = if FaceRegion::of(name) == FaceRegion::Upper { UPPER } else { LOWER };
+        let colour = if Part::of_name(name) == Part::Upper { UPPER } else { LOWER };
         let lines = vec![Line { name: name.to_owned(), colour, values: curves.track(k).collect() }];
         panels.push(Panel {
             title: name,

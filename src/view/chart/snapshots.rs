@@ -8,7 +8,7 @@ use super::{
     over_time::{HEAD, head},
     panel::{Area, Drawn, GRID, INK, LOWER, PALE_INK, UPPER, WIDTH, shortened, words},
 };
-use crate::muscle::{FaceRegion, MuscleCurves};
+use crate::muscle::{MuscleCurves, Part};
 
 /// Bars that are shown if no muscles are chosen.
 const SHOWN: usize = 20;
@@ -67,7 +67,7 @@ fn most(names: &[String], strongest: impl Fn(usize) -> f64) -> Vec<usize> {
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut shown: Vec<usize> = all.into_iter().take(SHOWN).map(|(_, k)| k).collect();
     shown.sort_unstable();
-    shown.sort_by_key(|&k| FaceRegion::of(&names[k]) == FaceRegion::Lower);
+    shown.sort_by_key(|&k| Part::of_name(&names[k]) == Part::Lower);
     shown
 }
 
@@ -121,7 +121,7 @@ pub(super) fn draw<DB: DrawingBackend>(
             let bar = |end: i32| [(from, y + 6), (end, y + ROW as i32 - 6)];
             area.draw(&Rectangle::new(bar(to), GRID.filled()))?;
             let share = (value / layout.full).clamp(0.0, 1.0);
-            let is_upper = FaceRegion::of(&curves.muscles()[muscle]) == FaceRegion::Upper;
+            let is_upper = Part::of_name(&curves.muscles()[muscle]) == Part::Upper;
             let colour = if is_upper { UPPER } else { LOWER };
             let end = from + (share * f64::from(to - from)).round() as i32;
             if end > from {

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters_backend::text_anchor::{HPos, VPos};
 
 use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, short, shortened, whole, words};
-use crate::muscle::{Channel, FaceRegion, MuscleCurves};
+use crate::muscle::{Channel, MuscleCurves, Part};
 
 /// Of a strip, units.
 const ROW: u32 = 26;
@@ -24,7 +24,7 @@ const KEY_STEP: u32 = 8;
 /// In the order of the file, the upper face first.
 fn order(curves: &MuscleCurves) -> Vec<usize> {
     let mut all: Vec<usize> = (0..curves.muscles().len()).collect();
-    all.sort_by_key(|&k| FaceRegion::of(&curves.muscles()[k]) == FaceRegion::Lower);
+    all.sort_by_key(|&k| Part::of_name(&curves.muscles()[k]) == Part::Lower);
     all
 }
 
