@@ -83,7 +83,7 @@ fn face(name: &str) -> &'static Face {
 
 fn rig(face: &Face, warp: &str) -> ActionRig {
     let library = ActionLibrary::built_in();
-    let target = TargetFace::new(face.landmarks.clone(), facing(library, &face.landmarks)).unwrap();
+    let target = TargetFace::new(face.landmarks.clone(), facing(&library.face, &face.landmarks)).unwrap();
     let warp = if warp == "surface" { WarpKind::Surface } else { WarpKind::Spline };
     let method = Method { warp, ..Method::default() };
     ActionRig::new(library, &target, &face.anatomy, &face.surface, method, Merge::Parallel).unwrap()

@@ -52,7 +52,8 @@ impl Take {
 
     /// Of each muscle whether it moves the lids.
     fn quick(&self) -> Vec<bool> {
-        self.unsmoothed.muscles.iter().map(|muscle| muscle.name.starts_with("eye")).collect()
+        let basis = self.unsmoothed.basis.as_ref().unwrap();
+        basis.elements.iter().map(|element| element.name.starts_with("eye")).collect()
     }
 
     fn expressions(&self) -> Vec<Expression> {

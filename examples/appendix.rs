@@ -109,7 +109,7 @@ impl Face {
 
     /// The face as a library's action moves it.
     fn animated(&self, library: &ActionLibrary, key: ActionKey) -> Result<Vec<Point3<f64>>, Box<dyn Error>> {
-        let face = TargetFace::new(self.landmarks.clone(), facing(library, &self.landmarks))?;
+        let face = TargetFace::new(self.landmarks.clone(), facing(&library.face, &self.landmarks))?;
         let mut anatomy = Anatomy::as_scanned(&self.mesh);
         let prepared = Anatomy::prepare(&self.mesh, &self.surface, &self.landmarks, None);
         anatomy.lower_side.copy_from_slice(&prepared.lower_side[..self.mesh.positions.len()]);
@@ -169,7 +169,7 @@ fn ladders(options: &Options, gpu: &Gpu) -> Result<Vec<(RgbaImage, String)>, Box
     let mut target = Target::load(&options.scan, &TargetOptions::default(), gpu, &mut networks.tracker)?;
     target.prepare(gpu)?;
     let library = ActionLibrary::built_in();
-    let face = TargetFace::new(target.landmarks.clone(), facing(library, &target.landmarks))?;
+    let face = TargetFace::new(target.landmarks.clone(), facing(&library.face, &target.landmarks))?;
     let method = Method::default();
     let rig = ActionRig::new(library, &face, &target.anatomy, &target.surface, method, Merge::Parallel)?;
     let (look, still) = (Look::default(), HeadMode::Still);

@@ -27,7 +27,7 @@ fn actors() -> [(&'static str, &'static Opened, &'static ActionRig); 2] {
 
 fn rig_on(opened: &Opened, anatomy: &Anatomy, method: Method, merge: Merge) -> ActionRig {
     let library = ActionLibrary::built_in();
-    let face = TargetFace::new(opened.landmarks.clone(), facing(library, &opened.landmarks)).unwrap();
+    let face = TargetFace::new(opened.landmarks.clone(), facing(&library.face, &opened.landmarks)).unwrap();
     ActionRig::new(library, &face, anatomy, &opened.surface, method, merge).unwrap()
 }
 

@@ -101,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for omission in &target.anatomy.omissions {
         println!("{}: {omission}\n", target.scan.name);
     }
-    let lift = if arguments.plane { LiftMode::Plane } else { LiftMode::Muscles };
+    let lift = if arguments.plane { LiftMode::Plane } else { LiftMode::default() };
     let solving = SolveOptions { lift, ..SolveOptions::default() };
     let mut compared = Vec::new();
     let mut films = Vec::new();

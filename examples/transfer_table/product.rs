@@ -118,7 +118,7 @@ pub fn carried(
     method: Method,
 ) -> Outcome<Vec<Vec<Vector3<f64>>>> {
     let surface = Surface::new(target)?;
-    let face = TargetFace::new(landmarks.clone(), facing(library, landmarks))?;
+    let face = TargetFace::new(landmarks.clone(), facing(&library.face, landmarks))?;
     let mut anatomy = Anatomy::as_scanned(target);
     if method.warp != WarpKind::Regions {
         // The model's mouth is open and its sockets are empty: of what the program prepares, the lips' sides count.

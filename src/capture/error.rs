@@ -64,6 +64,16 @@ pub enum CaptureError {
         /// Pixels found.
         found_height: i32,
     },
+    /// A file of markers that is not what its format promises.
+    #[error("{path} is not a usable marker file: {reason}. {remedy}")]
+    Markers {
+        /// The file.
+        path: PathBuf,
+        /// What was found, with line and column where known.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A frame rate that makes no sense.
     #[error("the frame rate '{text}' is not a positive number or fraction such as 25 or 30000/1001")]
     BadRate {

@@ -1,7 +1,12 @@
-//! Frames with their time: video files and pictures now, a camera through the same trait later.
+//! Frames with their time: video files and pictures now, a camera through the same trait later; and what optical
+//! capture gives instead of pictures, markers in space.
 
 mod error;
 mod frame;
+mod marker_c3d;
+mod marker_c3d_cut;
+mod marker_csv;
+mod marker_take;
 mod packet_times;
 mod pictures;
 mod time;
@@ -11,6 +16,7 @@ use std::path::Path;
 
 pub use error::CaptureError;
 pub use frame::{ClipInfo, Frame, FrameSource, Image};
+pub use marker_take::{MarkerTake, read_markers};
 pub use pictures::{PictureSequence, is_picture};
 pub use time::{FrameRate, Timestamp};
 pub use video::VideoFile;

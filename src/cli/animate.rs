@@ -1,14 +1,20 @@
 //! `understudy animate`: a clip of a person in, a moving scan out.
 
-use std::path::{Path, PathBuf};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use clap::{Args, ValueEnum};
 use understudy::{
+    actions::ActionLibrary,
     assets::Assets,
     export::Draft,
     lift::FaceState,
-    pipeline::{Animation, HeadMode, Stage, Target, VideoPlan, preview_sheet},
-    rig::{DriveMode, Rig, WarpKind},
+    muscle::MuscleMotor,
+    pipeline::{Animation, HeadMode, Motion, Stage, Target, VideoPlan, preview_sheet},
+    rig::{DriveMode, Rig, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
 };
 
@@ -34,6 +40,8 @@ Outputs:
   .pc2  every vertex of every frame: Blender's Mesh Cache modifier
   .csv  head pose and landmarks in OpenFace's columns
   .png  a sheet of the take's most different moments";
+
+const NO_MUSCLES: &str = "--lift plane finds no contractions. Leave it out, or drive by landmarks or actions";
 
 /// Animate a scan with the performance in a clip
 #[derive(Args)]
@@ -82,6 +90,8 @@ enum DriveArg {
     Landmarks,
     /// Action units measured from them, through the library
     Actions,
+    /// The contractions of the muscles of --basis
+    Muscles,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -111,6 +121,9 @@ impl Kind {
 impl Animate {
     pub fn run(&self, quiet: bool) -> Outcome {
         let outputs = self.outputs()?;
+        if matches!(self.drive, DriveArg::Muscles) && !self.clip.solves_muscles() {
+            return Err(NO_MUSCLES.into());
+        }
         let assets = Assets::locate()?;
         // Opened twice on purpose: a clip that cannot be read is refused before the scan is worked on.
         drop(self.clip.open()?);
@@ -131,18 +144,11 @@ impl Animate {
             target.level_with(take.motion.performer.rest_landmarks(), &mut take.networks.tracker)
         })?;
         tracing::info!("levelled in steps of {angles:.3?} rad");
-        let drive = match self.drive {
-            DriveArg::Landmarks => DriveMode::Landmarks,
-            DriveArg::Actions => DriveMode::Actions,
-        };
         let head = match self.head {
             HeadArg::Follow => HeadMode::Follow,
             HeadArg::Still => HeadMode::Still,
         };
-        let rig = take.watch.time("build the rig", || {
-            let (anatomy, surface) = (&target.anatomy, &target.surface);
-            Rig::driven_by(drive, &library, &take.motion.performer, &face, anatomy, surface, method)
-        })?;
+        let rig = take.watch.time("build the rig", || self.rig(&take.motion, &target, &face, &library))?;
         let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
         let ticks = animation.ticks().len() as u64;
         for (kind, path) in outputs {
@@ -194,6 +200,28 @@ impl Animate {
             say!("{}", take.watch);
         }
         Ok(())
+    }
+
+    /// Ties performer and target.
+    fn rig(
+        &self,
+        motion: &Motion,
+        target: &Target,
+        face: &TargetFace,
+        library: &ActionLibrary,
+    ) -> Result<Rig, Box<dyn Error>> {
+        let (anatomy, surface, method) = (&target.anatomy, &target.surface, self.method.method());
+        let performer = &motion.performer;
+        let driven = |mode| Rig::driven_by(mode, library, performer, face, anatomy, surface, method);
+        Ok(match (self.drive, &motion.basis) {
+            (DriveArg::Landmarks, _) => driven(DriveMode::Landmarks)?,
+            (DriveArg::Actions, _) => driven(DriveMode::Actions)?,
+            (DriveArg::Muscles, Some(basis)) => {
+                let motor = MuscleMotor::new(basis, face, anatomy, surface, method)?;
+                Rig::moved_by(Arc::new(motor), library, performer, face)?
+            }
+            (DriveArg::Muscles, None) => return Err(NO_MUSCLES.into()),
+        })
     }
 
     /// What to write where; places that cannot be written to are refused before any work is done.

@@ -1,6 +1,6 @@
 //! The part of the command line that every command on a clip shares, and the work it leads to.
 
-use std::{error::Error, path::PathBuf};
+use std::{error::Error, path::PathBuf, sync::Arc};
 
 use clap::{Args, ValueEnum};
 use understudy::{
@@ -8,6 +8,7 @@ use understudy::{
     capture::{self, CaptureError, FrameRate, FrameSource},
     head::Camera,
     lift::Smoothing,
+    muscle::MuscleBasis,
     pipeline::{
         LiftMode, Motion, Networks, Performance, PipelineError, SolveOptions, Stopwatch, Target,
         TargetOptions, performer_face, read_canonical_face,
@@ -16,7 +17,7 @@ use understudy::{
     view::Gpu,
 };
 
-use super::progress;
+use super::{basis::BasisArgs, progress};
 
 /// The performer's clip and how it is read.
 #[derive(Args)]
@@ -41,6 +42,8 @@ pub struct ClipArgs {
     /// Where depth comes from, which one camera does not see
     #[arg(long, value_enum, default_value_t = LiftArg::Muscles)]
     lift: LiftArg,
+    #[command(flatten)]
+    basis: BasisArgs,
     /// How to steady head and face
     #[arg(long, value_enum, default_value_t = SmoothingArg::ZeroPhase)]
     smoothing: SmoothingArg,
@@ -84,6 +87,11 @@ impl ClipArgs {
         capture::open(&self.clip, self.fps)
     }
 
+    /// Whether contractions are solved for.
+    pub fn solves_muscles(&self) -> bool {
+        matches!(self.lift, LiftArg::Muscles)
+    }
+
     /// Loads the networks.
     pub fn networks(assets: &Assets) -> Result<Networks, PipelineError> {
         Networks::load(assets, TrackerOptions::default())
@@ -116,6 +124,10 @@ impl ClipArgs {
         if performance.faces_seen > 1 {
             tracing::warn!("{} faces were seen at once; the largest is followed", performance.faces_seen);
         }
+        let basis = match self.basis.basis {
+            Some(_) => self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?,
+            None => MuscleBasis::arkit().clone(),
+        };
         let options = SolveOptions {
             field_of_view: self.fov,
             neutral: self.neutral,
@@ -126,7 +138,7 @@ impl ClipArgs {
                 SmoothingArg::ZeroPhase => Smoothing::ZeroPhase,
             },
             lift: match self.lift {
-                LiftArg::Muscles => LiftMode::Muscles,
+                LiftArg::Muscles => LiftMode::Muscles(Arc::new(basis)),
                 LiftArg::Plane => LiftMode::Plane,
             },
         };

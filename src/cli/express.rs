@@ -136,7 +136,7 @@ impl Express {
         if !quiet {
             report(&target);
         }
-        let face = TargetFace::new(target.landmarks.clone(), facing(&library, &target.landmarks))?;
+        let face = TargetFace::new(target.landmarks.clone(), facing(&library.face, &target.landmarks))?;
         let merge = match self.merge {
             MergeArg::Parallel => Merge::Parallel,
             MergeArg::Sum => Merge::Sum,

@@ -12,12 +12,14 @@ mod animate;
 mod assets;
 mod author;
 mod average;
+mod basis;
 mod clip;
 mod compare;
 mod express;
 mod inputs;
 mod landmark;
 mod method;
+mod muscles;
 mod plot;
 mod prepare;
 mod preprocess;
@@ -47,6 +49,7 @@ Examples:
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
   understudy plot take.muscles.csv -o curves.svg
+  understudy muscles --target scan.obj -o muscles.png
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -76,6 +79,7 @@ enum Command {
     Compare(compare::Compare),
     Author(author::Author),
     Plot(plot::Plot),
+    Muscles(Box<muscles::Muscles>),
     Assets(assets::AssetsCommand),
 }
 
@@ -107,6 +111,7 @@ pub fn run() -> ExitCode {
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),
         Command::Plot(command) => command.run(cli.quiet),
+        Command::Muscles(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

@@ -9,5 +9,5 @@ mod response;
 pub use camera::Camera;
 pub use error::HeadError;
 pub use pose::{HeadPose, PoseSolver};
-pub use procrustes::rotation_between;
+pub use procrustes::{rigid_between, rotation_between};
 pub use response::true_turn;

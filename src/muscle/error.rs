@@ -66,6 +66,41 @@ pub enum MuscleError {
         /// Those that make it up.
         of: String,
     },
+    /// Markers of one side lie on the other.
+    #[error(
+        "{}: {markers}. Left and right are the subject's: rename them, or mirror the take back, and read it again",
+        path.display()
+    )]
+    Sides {
+        /// The take.
+        path: PathBuf,
+        /// Which, and how.
+        markers: String,
+    },
+    /// Nobody knows where markers sit.
+    #[error(
+        "{}: {known} markers have names that tell where they sit, too few to place {names}. Write a file that says \
+         which landmark each is at, or \"off\":\n{example}",
+        path.display()
+    )]
+    Unplaced {
+        /// The take.
+        path: PathBuf,
+        /// How many are known.
+        known: usize,
+        /// Those that are not.
+        names: String,
+        /// The file to write, TOML.
+        example: String,
+    },
+    /// Markers that do not tell how the take lies.
+    #[error("the markers cannot be aligned with the face: {reason}. {remedy}")]
+    Alignment {
+        /// Why.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 impl From<Fault> for MuscleError {

@@ -21,6 +21,13 @@ pub struct Muscle {
     pub closure: [f64; 2],
 }
 
+impl Muscle {
+    /// Whether it moves the lids, which are quick.
+    pub fn is_quick(&self) -> bool {
+        self.closure.iter().any(|closure| closure.abs() > 0.1)
+    }
+}
+
 /// Elements at the points of one face. Scan frame, millimetres.
 #[derive(Debug, Clone)]
 pub struct FaceBasis {

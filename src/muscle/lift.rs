@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{CameraFit, CameraSolver, FaceBasis, MuscleBasis, MuscleError};
+use super::{CameraFit, CameraSolver, FaceBasis, Muscle, MuscleBasis, MuscleError};
 use crate::{
     head::HeadPose,
     lift::{Displacements, Performer},
@@ -36,10 +36,14 @@ pub struct Lifted {
 }
 
 impl MuscleLift {
+    /// The elements of a basis by which a performer is lifted.
+    pub fn lifting(basis: &MuscleBasis) -> MuscleBasis {
+        basis.only(|element| !element.name.starts_with(LEFT_OUT))
+    }
+
     /// For a performer's neutral and a basis that is carried there.
     pub fn new(performer: &Performer, basis: &MuscleBasis) -> Result<Self, MuscleError> {
-        let basis = basis.only(|element| !element.name.starts_with(LEFT_OUT));
-        let face = FaceBasis::new(&basis, &SourceFace::performer(performer))?.of_landmarks();
+        let face = FaceBasis::new(basis, &SourceFace::performer(performer))?.of_landmarks();
         let contractions = vec![0.0; face.count()];
         let solver = CameraSolver::new(*performer.camera(), face, CameraFit::default());
         Ok(Self { solver, contractions, pixels: Vec::new() })
@@ -52,7 +56,7 @@ impl MuscleLift {
 
     /// Of each muscle whether it moves the lids, which are quick.
     pub fn quick(&self) -> Vec<bool> {
-        self.basis().muscles.iter().map(|muscle| muscle.name.starts_with("eye")).collect()
+        self.basis().muscles.iter().map(Muscle::is_quick).collect()
     }
 
     /// Adds what contractions make of the landmarks, times `sign`, to what they leave unexplained.

@@ -1,5 +1,6 @@
 //! Muscle actuation: the basis, its synthesis, analysis and refinement (Choe & Ko, file 001).
 
+mod align;
 mod basis;
 mod bow;
 mod box_solver;
@@ -12,12 +13,20 @@ mod error;
 mod face_basis;
 mod lift;
 mod live_link;
+mod marker_guess;
+mod marker_map;
+mod marker_motion;
+mod marker_names;
+mod marker_sides;
 mod moments;
+mod motor;
 mod names;
+mod own_take;
 mod sixteen;
 mod take;
 mod timecode;
 
+pub use align::{Alignment, OTHER_FACE_REACH, align, virtual_markers};
 pub use basis::{Element, MuscleBasis, Part};
 pub use bow::JawBow;
 pub use box_solver::BoxSolver;
@@ -29,7 +38,12 @@ pub use error::MuscleError;
 pub use face_basis::{FaceBasis, Muscle};
 pub use lift::{Lifted, MuscleLift};
 pub use live_link::{ARKIT_SHAPES, FaceAngles, LIVE_LINK_ANGLES, LiveLinkExtras};
+pub use marker_guess::place_markers;
+pub use marker_map::{MarkerMap, MarkerPlace};
+pub use marker_motion::{MarkerMotion, still_weights};
 pub use moments::different_moments;
+pub use motor::MuscleMotor;
 pub use names::{find_muscle, other_side};
+pub use own_take::own_take;
 pub use take::CurveTake;
 pub use timecode::TimecodeBase;

@@ -44,6 +44,14 @@ pub enum PipelineError {
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
+    /// A folder that cannot be made.
+    #[error("{}: {source}. Name a folder that can be written to", path.display())]
+    Folder {
+        /// Which.
+        path: std::path::PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// A scan that cannot be gridded.
     #[error("{scan}: {source}")]
     Grid {

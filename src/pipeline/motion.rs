@@ -1,5 +1,7 @@
 //! From a tracked clip to the motion of a face: neutral, pose, lifting, repair, smoothing, presence.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 
 use super::{Performance, PipelineError, TrackedFrame};
@@ -11,12 +13,12 @@ use crate::{
         NeutralSearch, NeutralStretch, NotNeutral, Performer, Presence, Repair, Smoothing, eyes_of_recording,
         measure_eyes, steady_recording,
     },
-    muscle::{Muscle, MuscleBasis, MuscleLift},
+    muscle::{MuscleBasis, MuscleLift},
     tracking::{BlendshapeNetwork, Landmarks, TrackingError},
 };
 
 /// How a recording is solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SolveOptions {
     /// Degrees along the picture's longer side.
     pub field_of_view: f64,
@@ -31,13 +33,18 @@ pub struct SolveOptions {
 }
 
 /// How landmarks in the picture become motion in space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum LiftMode {
-    /// Pose and muscles are solved together; depth follows from the muscles.
-    #[default]
-    Muscles,
+    /// Pose and the muscles of a basis are solved together; depth follows from the muscles.
+    Muscles(Arc<MuscleBasis>),
     /// Pose from the rigid points, then the plane parallel to the picture, with the network's depth as a hint.
     Plane,
+}
+
+impl Default for LiftMode {
+    fn default() -> Self {
+        Self::Muscles(Arc::new(MuscleBasis::arkit().clone()))
+    }
 }
 
 impl Default for SolveOptions {
@@ -74,8 +81,8 @@ pub struct Motion {
     pub info: ClipInfo,
     /// The performer's camera and neutral scan.
     pub performer: Performer,
-    /// The muscles by which it was lifted, in the order of `Expression::contractions`.
-    pub muscles: Vec<Muscle>,
+    /// The muscles by which it was lifted, in the order of `Expression::contractions`; `None` where it was not.
+    pub basis: Option<MuscleBasis>,
     /// All frames.
     pub frames: Vec<MotionFrame>,
     /// First and last moment of the neutral stretch.
@@ -113,13 +120,13 @@ impl Motion {
         let performer = Performer::from_average_face(camera, average_face, &neutral_frames)?;
         let neutral = (chosen[0].time, chosen[chosen.len() - 1].time);
         let eyes = neutral_eyes(&performer, &neutral_frames)?;
-        let mut lift = match options.lift {
-            LiftMode::Muscles => Some(MuscleLift::new(&performer, MuscleBasis::arkit())?),
+        let basis = match &options.lift {
+            LiftMode::Muscles(basis) => Some(MuscleLift::lifting(basis)),
             LiftMode::Plane => None,
         };
-        let muscles = lift.as_ref().map_or_else(Vec::new, |lift| lift.basis().muscles.clone());
+        let mut lift = basis.as_ref().map(|basis| MuscleLift::new(&performer, basis)).transpose()?;
         let frames = solve_frames(&performance.frames, &performer, &mut lift, &eyes, options.smoothing)?;
-        Ok(Self { info, performer, muscles, frames, neutral, objections: stretch.objections })
+        Ok(Self { info, performer, basis, frames, neutral, objections: stretch.objections })
     }
 }
 

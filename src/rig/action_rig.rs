@@ -144,11 +144,12 @@ fn blink(side: Side) -> ActionKey {
     ActionKey { au: 45, side: Some(side) }
 }
 
-/// A target seen as a library's face is: turned by the rotation between the landmarks of both that hardly move.
-pub fn facing(library: &ActionLibrary, target: &[Option<nalgebra::Point3<f64>>]) -> Rotation3<f64> {
+/// A target seen as an average face is: turned by the rotation between the landmarks of both that hardly move. `average`
+/// has the 468 landmarks first.
+pub fn facing(average: &[nalgebra::Point3<f64>], target: &[Option<nalgebra::Point3<f64>>]) -> Rotation3<f64> {
     let (from, to): (Vec<_>, Vec<_>) = (0..LANDMARK_COUNT)
         .filter(|&i| is_still(i))
-        .filter_map(|i| Some((target.get(i).copied().flatten()?.coords, library.face.get(i)?.coords)))
+        .filter_map(|i| Some((target.get(i).copied().flatten()?.coords, average.get(i)?.coords)))
         .unzip();
     if from.len() < 3 { Rotation3::identity() } else { rotation_between(&from, &to) }
 }

@@ -1,10 +1,13 @@
 //! The rig of one performer on one target: displacements in, vertices out, nothing allocated in between.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, center};
 
 use super::{
-    ActionRig, ActionSolver, AvatarFrame, Bones, Controls, LipDrive, Method, RigError, SourceFace,
-    TargetFace, drive::Drive, points::PointFill,
+    ActionRig, ActionSolver, AvatarFrame, Bones, Controls, Drive, LipDrive, Method, Motor, RigError,
+    SourceFace, TargetFace,
+    motor::{ActionMotor, LandmarkMotor},
 };
 use crate::{
     actions::{ActionLibrary, ActionWeights, Merge},
@@ -18,9 +21,6 @@ use crate::{
 
 /// The head turns about a point this many outer canthal distances behind the eyes.
 const PIVOT_DEPTH: f64 = 0.9;
-/// Actions that a solver measures at most.
-const MOST_ACTIONS: usize = 64;
-
 /// What of the performer drives the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DriveMode {
@@ -34,16 +34,9 @@ pub enum DriveMode {
 /// Everything that stays the same from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    motor: Motor,
-    solver: ActionSolver,
+    motor: Arc<dyn Motor>,
+    solver: Arc<ActionSolver>,
     head: HeadFollow,
-}
-
-/// What moves the target.
-#[derive(Debug, Clone)]
-enum Motor {
-    Landmarks { drive: Drive, fill: PointFill },
-    Actions(ActionRig),
 }
 
 impl Rig {
@@ -78,17 +71,30 @@ impl Rig {
         method: Method,
     ) -> Result<Self, RigError> {
         let source = SourceFace::performer(performer);
-        let solver = ActionSolver::new(library, &source)?;
-        let motor = match mode {
-            DriveMode::Landmarks => Motor::Landmarks {
-                drive: Drive::new(&source, target, anatomy, surface, method)?,
-                fill: PointFill::new(&source.points)?.with_relief(library, &solver)?,
-            },
+        let solver = Arc::new(ActionSolver::new(library, &source)?);
+        let own = Arc::clone(&solver);
+        let motor: Arc<dyn Motor> = match mode {
+            DriveMode::Landmarks => {
+                let drive = Drive::new(&source, target, anatomy, surface, method)?;
+                Arc::new(LandmarkMotor::new(drive, &source, library, own)?)
+            }
             // What was solved as a sum is shown as a sum.
             DriveMode::Actions => {
-                Motor::Actions(ActionRig::new(library, target, anatomy, surface, method, Merge::Sum)?)
+                let rig = ActionRig::new(library, target, anatomy, surface, method, Merge::Sum)?;
+                Arc::new(ActionMotor { rig, solver: own })
             }
         };
+        Ok(Self { motor, solver, head: HeadFollow::new(performer, target) })
+    }
+
+    /// The same, moved by something else; `library` measures the performer's action units.
+    pub fn moved_by(
+        motor: Arc<dyn Motor>,
+        library: &ActionLibrary,
+        performer: &Performer,
+        target: &TargetFace,
+    ) -> Result<Self, RigError> {
+        let solver = Arc::new(ActionSolver::new(library, &SourceFace::performer(performer))?);
         Ok(Self { motor, solver, head: HeadFollow::new(performer, target) })
     }
 
@@ -104,17 +110,11 @@ impl Rig {
 
     /// The lips' drive, where the target's lips part.
     pub fn lips(&self) -> Option<&LipDrive> {
-        match &self.motor {
-            Motor::Landmarks { drive, .. } => drive.lips.as_ref(),
-            Motor::Actions(rig) => rig.lips(),
-        }
+        self.motor.lips()
     }
 
     fn puppet(&self) -> &super::Puppet {
-        match &self.motor {
-            Motor::Landmarks { drive, .. } => &drive.puppet,
-            Motor::Actions(rig) => rig.puppet(),
-        }
+        self.motor.puppet()
     }
 
     /// The action units of one expression.
@@ -135,24 +135,7 @@ impl Rig {
     /// Moves controls and bones only; enough for exports that work in control space. Of `frame` the positions stay.
     pub fn pose_controls(&self, expression: &Expression, frame: &mut AvatarFrame) -> Bones {
         frame.head = self.head_motion(&expression.pose);
-        let (drive, fill) = match &self.motor {
-            Motor::Landmarks { drive, fill } => (drive, fill),
-            Motor::Actions(rig) => {
-                return rig.pose_controls(&self.action_weights(expression), &expression.eyes, frame);
-            }
-        };
-        let mut vectors = std::mem::take(&mut frame.scratch);
-        let mut magnitudes = [0.0; MOST_ACTIONS];
-        let count = self.solver.keys().count().min(MOST_ACTIONS);
-        self.solver.solve(&expression.displacements.vectors, &mut magnitudes[..count]);
-        vectors.clear();
-        vectors.extend_from_slice(&expression.displacements.vectors);
-        fill.fill(&mut vectors);
-        fill.fold(&magnitudes[..count], &mut vectors);
-        let camera = self.head.camera(&expression.pose);
-        frame.bones = drive.controls(&vectors, &expression.eyes, Some(&camera), &mut frame.controls);
-        frame.scratch = vectors;
-        frame.bones
+        self.motor.pose_controls(expression, &self.head.camera(&expression.pose), frame)
     }
 
     /// The avatar for one expression; `frame` comes from [`Rig::new_frame`].

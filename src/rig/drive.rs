@@ -5,11 +5,14 @@ use nalgebra::{Point3, Vector3};
 use super::{Bones, Driver, LipDrive, Method, Puppet, RigError, SourceFace, TargetFace, Transfer, WarpKind};
 use crate::{actions::Catalogue, anatomy::Anatomy, lift::Eyes, scan::Surface, tracking::SKIN_LANDMARK_COUNT};
 
-/// What performer and action library have in common.
+/// What performer, action library and muscles have in common.
 #[derive(Debug, Clone)]
-pub(super) struct Drive {
+pub struct Drive {
+    /// The target, as something that moves.
     pub puppet: Puppet,
+    /// From the source's handles to the target's.
     pub transfer: Transfer,
+    /// The lips' drive, where the target's lips part.
     pub lips: Option<LipDrive>,
 }
 

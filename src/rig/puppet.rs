@@ -200,7 +200,7 @@ impl Puppet {
     }
 
     /// Places all vertices by the frame's columns and bones.
-    pub(super) fn place(&self, frame: &mut AvatarFrame) -> Result<(), RigError> {
+    pub fn place(&self, frame: &mut AvatarFrame) -> Result<(), RigError> {
         let soft = self.skin.warp.vertices();
         self.skin
             .warp

@@ -2,22 +2,41 @@
 //!
 //! Every triangle primitive of the default scene becomes part of one mesh, node transforms applied, in metres and
 //! glTF's frame (+Y up, asset facing +Z). Primitives of one node that share their vertices keep sharing them.
-//! Skins and morph targets are passed over with a warning: what is read is the mesh as stored. Image files are kept
+//! Skins are passed over with a warning, and so are morph targets unless they are asked for: what is read is the mesh as
+//! stored. Image files are kept
 //! as they are; the crate's own importer would decode them.
 
 use std::path::Path;
 
 use gltf::json;
 use gltf::mesh::{Mode, Semantic};
-use nalgebra::{Matrix4, Point3};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use super::error::Fault;
 use super::glb_buffers::Buffers;
 use super::mesh::{Material, Mesh};
 use super::validate::{MAX_TRIANGLES, MAX_VERTICES, check_count};
 
+/// One morph target: how far each vertex of the mesh goes at weight 1, metres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Morph {
+    /// As in `extras.targetNames`, or its number where the file has none.
+    pub name: String,
+    /// One for each vertex of the mesh; zero outside the target's own primitives.
+    pub deltas: Vec<Vector3<f64>>,
+}
+
 /// Reads a `.glb` or `.gltf`; `path` leads to buffers and images beside it.
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
+    read_scene(bytes, path, false).map(|(mesh, _)| mesh)
+}
+
+/// The same with its morph targets.
+pub(super) fn read_with_morphs(bytes: &[u8], path: &Path) -> Result<(Mesh, Vec<Morph>), Fault> {
+    read_scene(bytes, path, true)
+}
+
+fn read_scene(bytes: &[u8], path: &Path, wants_morphs: bool) -> Result<(Mesh, Vec<Morph>), Fault> {
     if bytes.starts_with(b"glTF") {
         check_glb_length(bytes)?;
     }
@@ -32,9 +51,15 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Fault> {
         material_places: vec![None; document.materials().len() + 1],
         has_uvs: false,
         passed_over: [0; 3],
+        morphs: wants_morphs.then(Vec::new),
     };
     reader.walk()?;
-    Ok(reader.finish(path))
+    let mut morphs = reader.morphs.take().unwrap_or_default();
+    let mesh = reader.finish(path);
+    for morph in &mut morphs {
+        morph.deltas.resize(mesh.positions.len(), Vector3::zeros());
+    }
+    Ok((mesh, morphs))
 }
 
 /// The crate subtracts the header from the announced length unasked.
@@ -84,6 +109,8 @@ struct SceneReader<'a> {
     has_uvs: bool,
     /// Primitives without triangles, skins, primitives with morph targets.
     passed_over: [usize; 3],
+    /// Morph targets, where they are wanted.
+    morphs: Option<Vec<Morph>>,
 }
 
 /// Vertices already taken for the node at hand: the accessors they came from and where they begin.
@@ -107,8 +134,13 @@ impl SceneReader<'_> {
             self.passed_over[1] += usize::from(node.skin().is_some());
             if let Some(mesh) = node.mesh() {
                 let mut shared: Vec<Shared> = Vec::new();
+                let names = target_names(&mesh);
                 for primitive in mesh.primitives() {
+                    let before = self.mesh.positions.len();
                     self.primitive(&primitive, &world, &mut shared)?;
+                    if self.mesh.positions.len() > before {
+                        self.morph_targets(&primitive, &names, &world, before)?;
+                    }
                 }
             }
             let from = open.len();
@@ -128,7 +160,8 @@ impl SceneReader<'_> {
             self.passed_over[0] += 1;
             return Ok(());
         }
-        self.passed_over[2] += usize::from(primitive.morph_targets().next().is_some());
+        let has_morphs = primitive.morph_targets().next().is_some();
+        self.passed_over[2] += usize::from(has_morphs && self.morphs.is_none());
         let material = primitive.material();
         let uv_set =
             material.pbr_metallic_roughness().base_color_texture().map_or(0, |info| info.tex_coord());
@@ -164,6 +197,38 @@ impl SceneReader<'_> {
             self.mesh.triangles.push([first + a, first + b, first + c]);
         });
         self.mesh.triangle_materials.resize(self.mesh.triangles.len(), place);
+        Ok(())
+    }
+
+    /// Appends the morph targets of a primitive whose vertices begin at `first`; those of one name are one.
+    fn morph_targets(
+        &mut self,
+        primitive: &gltf::Primitive,
+        names: &[String],
+        world: &Matrix4<f64>,
+        first: usize,
+    ) -> Result<(), Fault> {
+        let Some(morphs) = &mut self.morphs else { return Ok(()) };
+        let count = self.mesh.positions.len() - first;
+        for (k, target) in primitive.morph_targets().enumerate() {
+            let Some(positions) = target.positions() else { continue };
+            if positions.count() != count {
+                let found = positions.count();
+                return Err(Fault::corrupt(format!(
+                    "morph target {k} has {found} entries against {count} positions"
+                )));
+            }
+            let name = names.get(k).cloned().unwrap_or_else(|| format!("target{k}"));
+            let at = morphs.iter().position(|morph| morph.name == name).unwrap_or_else(|| {
+                morphs.push(Morph { name, deltas: Vec::new() });
+                morphs.len() - 1
+            });
+            let deltas = &mut morphs[at].deltas;
+            deltas.resize(first, Vector3::zeros());
+            let moved = self.buffers.floats::<3>(&positions)?;
+            deltas.extend(moved.iter().map(|d| world.transform_vector(&Vector3::from(d.map(f64::from)))));
+            check_count("morph targets' vertices", morphs.len() * (first + count), MAX_VERTICES * 4)?;
+        }
         Ok(())
     }
 
@@ -244,6 +309,17 @@ impl SceneReader<'_> {
         }
         mesh
     }
+}
+
+/// The names of a mesh's morph targets, where it has them.
+fn target_names(mesh: &gltf::Mesh) -> Vec<String> {
+    #[derive(serde::Deserialize)]
+    struct Extras {
+        #[serde(rename = "targetNames", default)]
+        names: Vec<String>,
+    }
+    let extras = mesh.extras().as_ref().and_then(|raw| serde_json::from_str::<Extras>(raw.get()).ok());
+    extras.map_or_else(Vec::new, |extras| extras.names)
 }
 
 fn same_count(what: &str, accessor: &gltf::Accessor, positions: &gltf::Accessor) -> Result<(), Fault> {

@@ -28,6 +28,7 @@ mod landmark_lm3;
 mod landmark_pts;
 
 pub use error::ScanError;
+pub use glb::Morph;
 pub use landmark_file::{
     LandmarkFile, LandmarkFormat, LandmarkScheme, MAX_LANDMARKS, read_landmarks, read_landmarks_bytes,
     write_landmarks,
@@ -36,7 +37,7 @@ pub use landmark_lm3::NAMES as BOSPHORUS_LANDMARKS;
 pub use mesh::{Material, Mesh, Texture, TextureFormat};
 pub use normals::{NormalSolver, vertex_normals};
 pub use placement::{Placement, PlacementError};
-pub use read::{MAX_FILE_BYTES, MeshFormat, read_mesh, read_mesh_bytes};
+pub use read::{MAX_FILE_BYTES, MeshFormat, read_mesh, read_mesh_bytes, read_morphs};
 pub use scanned::Scan;
 pub use surface::{Anchor, Surface, SurfacePoint};
 pub use unit::{LengthUnit, guess_from_outer_canthal_distance, guess_unit};

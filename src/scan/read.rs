@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::{Fault, ScanError};
+use super::glb::Morph;
 use super::mesh::Mesh;
 use super::{bnt, glb, obj, ply, stl};
 
@@ -63,6 +64,20 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, ScanError> {
     };
     let bytes = read_limited(path, format.name(), MAX_FILE_BYTES)?;
     read_mesh_bytes(&bytes, format, path)
+}
+
+/// A glTF mesh as [`read_mesh`] reads it, with its morph targets.
+pub fn read_morphs(path: &Path) -> Result<(Mesh, Vec<Morph>), ScanError> {
+    if MeshFormat::from_path(path) != Some(MeshFormat::Gltf) {
+        return Err(ScanError::unsupported(path, ".glb, .gltf"));
+    }
+    let bytes = read_limited(path, MeshFormat::Gltf.name(), MAX_FILE_BYTES)?;
+    let read = || {
+        let (mesh, morphs) = glb::read_with_morphs(&bytes, path)?;
+        mesh.validate()?;
+        Ok((mesh, morphs))
+    };
+    read().map_err(|fault: Fault| fault.at(path, MeshFormat::Gltf.name()))
 }
 
 /// Like [`read_mesh`], from bytes that are already in memory.

@@ -1,0 +1,92 @@
+//! A target that muscles move: contractions in, controls and bones out (001 §5: "applying the muscle contractions to
+//! different 3D models").
+
+use std::sync::Arc;
+
+use nalgebra::{Point3, Vector3};
+
+use super::{FaceBasis, MuscleBasis, MuscleError};
+use crate::{
+    anatomy::Anatomy,
+    lift::{Expression, EyeState, Eyes, Side, WIDEST_CLOSURE},
+    rig::{AvatarFrame, Bones, Drive, LipDrive, Method, Motor, Puppet, SourceFace, TargetFace},
+    scan::Surface,
+};
+
+/// An element that closes an eye by more is that eye's blink.
+const BLINK: f64 = 0.8;
+
+/// A basis tied to a target.
+#[derive(Debug, Clone)]
+pub struct MuscleMotor {
+    drive: Drive,
+    basis: Arc<FaceBasis>,
+}
+
+impl MuscleMotor {
+    /// `anatomy` is the target's mesh, opened or as scanned, `surface` the scan's own, both in the scan frame and
+    /// millimetres.
+    pub fn new(
+        basis: &MuscleBasis,
+        target: &TargetFace,
+        anatomy: &Anatomy,
+        surface: &Surface,
+        method: Method,
+    ) -> Result<Self, MuscleError> {
+        let drive = Drive::new(&SourceFace::average(&basis.face), target, anatomy, surface, method)?;
+        let mut own = basis.clone();
+        for (eye, side) in Side::BOTH.into_iter().enumerate() {
+            // Lids that can close do it by themselves: what a blink does to the skin is not done twice.
+            let blink = basis.elements.iter().filter(|element| element.closure[eye] > BLINK);
+            let blink = blink.max_by(|a, b| a.closure[eye].total_cmp(&b.closure[eye]));
+            let Some(blink) = blink.filter(|_| anatomy.eye(side).is_some()) else { continue };
+            for element in &mut own.elements {
+                let closure = (element.closure[eye] / blink.closure[eye]).clamp(0.0, 1.0);
+                for (vector, blink) in element.vectors.iter_mut().zip(&blink.vectors) {
+                    *vector -= blink * closure;
+                }
+            }
+        }
+        Ok(Self { drive, basis: Arc::new(FaceBasis::own(&own)) })
+    }
+
+    /// The muscles, on the basis' own face.
+    pub fn basis(&self) -> &FaceBasis {
+        &self.basis
+    }
+
+    /// What the lids do at these contractions, where nothing else is known of them.
+    pub fn eyes(&self, contractions: &[f64]) -> Eyes {
+        let eye = |which: usize| {
+            let parts = || {
+                let muscles = self.basis.muscles.iter();
+                muscles.zip(contractions).map(|(muscle, contraction)| muscle.closure[which] * contraction)
+            };
+            let (shut, wide) = (parts().fold(0.0, f64::max), parts().fold(0.0, f64::min));
+            EyeState { closure: (shut + wide).clamp(WIDEST_CLOSURE, 1.0), ..EyeState::default() }
+        };
+        Eyes { right: eye(0), left: eye(1) }
+    }
+
+    /// Moves controls and bones.
+    pub fn pose_contractions(&self, contractions: &[f64], eyes: &Eyes, frame: &mut AvatarFrame) -> Bones {
+        let mut vectors: Vec<Vector3<f64>> = Vec::new();
+        self.basis.synthesize(contractions, &mut vectors);
+        frame.bones = self.drive.controls(&vectors, eyes, None, &mut frame.controls);
+        frame.bones
+    }
+}
+
+impl Motor for MuscleMotor {
+    fn puppet(&self) -> &Puppet {
+        &self.drive.puppet
+    }
+
+    fn lips(&self) -> Option<&LipDrive> {
+        self.drive.lips.as_ref()
+    }
+
+    fn pose_controls(&self, expression: &Expression, _: &Point3<f64>, frame: &mut AvatarFrame) -> Bones {
+        self.pose_contractions(&expression.contractions, &expression.eyes, frame)
+    }
+}
