@@ -6,6 +6,7 @@
 pub mod anatomy;
 pub mod assets;
 pub mod capture;
+mod rows;
 pub mod tracking;
 
 pub mod head;

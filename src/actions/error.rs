@@ -83,3 +83,9 @@ pub enum ActionError {
         source: crate::spline::SplineError,
     },
 }
+
+impl From<crate::rows::Fault> for ActionError {
+    fn from(fault: crate::rows::Fault) -> Self {
+        Self::File { path: fault.path, reason: fault.reason, remedy: fault.remedy }
+    }
+}

@@ -11,7 +11,6 @@ mod error;
 mod library;
 mod merge;
 mod score;
-mod score_lines;
 mod score_read;
 mod stray;
 mod unit;

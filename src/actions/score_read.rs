@@ -2,12 +2,11 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use super::{
-    ActionError, ActionKey, Catalogue, Score,
-    score::Track,
-    score_lines::{Lines, quoted, seconds},
+use super::{ActionError, ActionKey, Catalogue, Score, score::Track};
+use crate::{
+    capture::Timestamp,
+    rows::{Lines, quoted, seconds},
 };
-use crate::capture::Timestamp;
 
 /// Rows of a table: four and a half hours at 60 a second.
 const MOST_ROWS: usize = 1_000_000;
@@ -22,7 +21,7 @@ pub(super) fn read(path: &Path) -> Result<Score, ActionError> {
     let mut lines = Lines::open(path)?;
     let header: Vec<String> = match lines.next()? {
         Some(cells) => cells.into_iter().map(str::to_owned).collect(),
-        None => return Err(lines.whole_fault("it is empty".into(), HEADERS)),
+        None => return Err(lines.whole_fault("it is empty".into(), HEADERS).into()),
     };
     let place = |name: &str| header.iter().position(|cell| cell.eq_ignore_ascii_case(name));
     if let (Some(time), Some(au), Some(magnitude)) = (place("time"), place("au"), place("magnitude")) {
@@ -41,7 +40,7 @@ pub(super) fn read(path: &Path) -> Result<Score, ActionError> {
                 names.join(", "),
                 if header.len() > names.len() { ", …" } else { "" }
             );
-            Err(lines.whole_fault(reason, HEADERS))
+            Err(lines.whole_fault(reason, HEADERS).into())
         }
     }
 }
@@ -59,7 +58,7 @@ fn keyframes(mut lines: Lines<'_>, places: [usize; 3]) -> Result<Score, ActionEr
     }
     if keys.is_empty() {
         let reason = "it has a header and no keyframes".to_owned();
-        return Err(lines.whole_fault(reason, "Add rows such as `0.5,12,0.8`"));
+        return Err(lines.whole_fault(reason, "Add rows such as `0.5,12,0.8`").into());
     }
     let tracks = keys.into_iter().map(|(key, times)| (key, times.into_iter().collect())).collect();
     Ok(Score::new(tracks, [start, end], None, Vec::new()))
@@ -157,7 +156,7 @@ fn table(
                 time.seconds(),
                 end.seconds()
             );
-            return Err(lines.fault(&reason));
+            return Err(lines.fault(&reason).into());
         }
         if rows == 0 {
             start = time;
@@ -165,9 +164,9 @@ fn table(
         end = time;
         rows += 1;
         if rows > MOST_ROWS {
-            return Err(
-                lines.whole_fault(format!("it has more than {MOST_ROWS} rows"), "Cut it into several")
-            );
+            return Err(lines
+                .whole_fault(format!("it has more than {MOST_ROWS} rows"), "Cut it into several")
+                .into());
         }
         good += usize::from(values.is_some());
         for (at, (_, _, track)) in tracks.iter_mut().enumerate() {
@@ -179,7 +178,9 @@ fn table(
     }
     if good == 0 {
         let reason = if rows == 0 { "it has a header and no rows" } else { "no row has a success of 1" };
-        return Err(lines.whole_fault(reason.to_owned(), "Give the table of a clip that shows a face"));
+        return Err(lines
+            .whole_fault(reason.to_owned(), "Give the table of a clip that shows a face")
+            .into());
     }
     let tracks = tracks.into_iter().map(|(key, _, track)| (key, track)).collect();
     Ok(Score::new(tracks, [start, end], Some(rows), columns.ignored))

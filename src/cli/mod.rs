@@ -20,6 +20,7 @@ mod inputs;
 mod landmark;
 mod method;
 mod muscles;
+mod plot;
 mod prepare;
 mod preprocess;
 mod progress;
@@ -47,6 +48,7 @@ Examples:
   understudy render scan.obj -o look.png --yaw 30
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
+  understudy plot take.muscles.csv -o curves.svg
   understudy muscles --target scan.obj -o muscles.png
   understudy assets";
 
@@ -76,6 +78,7 @@ enum Command {
     Render(render::Render),
     Compare(compare::Compare),
     Author(author::Author),
+    Plot(plot::Plot),
     Muscles(Box<muscles::Muscles>),
     Assets(assets::AssetsCommand),
 }
@@ -107,6 +110,7 @@ pub fn run() -> ExitCode {
         Command::Render(command) => command.run(cli.quiet),
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),
+        Command::Plot(command) => command.run(cli.quiet),
         Command::Muscles(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };

@@ -7,6 +7,8 @@
 //! | `.pc2` | [`Pc2Writer`] | Blender's Mesh Cache | every vertex of every frame | as the caller gives them |
 //! | `.obj` | [`write_obj`], [`write_quad_obj`] | every 3D program | a mesh with its MTL and textures | the mesh's own |
 //! | `.csv` | [`MotionCsvWriter`] | pandas, spreadsheets, OpenFace scripts | landmarks and head pose | pixels; millimetres and radians in OpenCV's camera frame |
+//! | `.muscles.csv` | [`write_muscle_csv`] | pandas, spreadsheets | contractions of muscles | 0 relaxed, 1 contracted |
+//! | `.livelink.csv` | [`write_live_link`] | whatever reads Live Link Face's recordings | ARKit's 52 shapes, turn of head and eyes | 0..1; radians |
 //!
 //! All of them go through [`Draft`]. `docs/formats.md` describes them for users.
 
@@ -23,9 +25,11 @@ mod glb_check;
 mod glb_image;
 mod glb_motion;
 mod glb_surface;
+mod live_link;
 mod morph_basis;
 mod mp4;
 mod mp4_program;
+mod muscle_csv;
 mod obj;
 mod pc2;
 
@@ -36,7 +40,9 @@ pub use draft::Draft;
 pub use error::ExportError;
 
 pub use glb::{GlbAvatar, GlbPart, MorphTarget, NodeKey, write_glb};
+pub use live_link::write_live_link;
 pub use morph_basis::{MorphBasis, MorphBasisError, compress};
 pub use mp4::{Mp4Settings, Mp4Writer, Sound};
+pub use muscle_csv::write_muscle_csv;
 pub use obj::{obj_files, write_obj, write_quad_obj};
 pub use pc2::{Pc2Reader, Pc2Writer};

@@ -1,5 +1,7 @@
 //! A face that leaves and returns: hold, ease to the neutral, blend back.
 
+use std::str::FromStr;
+
 use nalgebra::{Rotation3, Vector3};
 
 use super::{Displacements, Eyes};
@@ -41,6 +43,16 @@ impl FaceState {
             Self::Easing => "easing",
             Self::Blending => "blending",
         }
+    }
+}
+
+impl FromStr for FaceState {
+    type Err = ();
+
+    /// Reads the word that [`FaceState::name`] gives.
+    fn from_str(text: &str) -> Result<Self, ()> {
+        let all = [Self::Waiting, Self::Tracking, Self::Holding, Self::Easing, Self::Blending];
+        all.into_iter().find(|state| state.name() == text).ok_or(())
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::rig::RigError;
+use crate::{rig::RigError, rows::Fault};
 
 /// Errors of muscle bases, their analysis and their curves.
 #[derive(Debug, Error)]
@@ -18,6 +18,30 @@ pub enum MuscleError {
         reason: String,
         /// What to do.
         remedy: &'static str,
+    },
+    /// Curves that do not fit together.
+    #[error("the contraction curves cannot be used: {reason}")]
+    Curves {
+        /// What was found, and where.
+        reason: String,
+    },
+    /// No such muscle among those there are.
+    #[error("there is no muscle {name:?}; {has}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// Those with similar names, or all.
+        has: String,
+    },
+    /// Curves cannot be mirrored because a muscle's other side is missing.
+    #[error(
+        "cannot mirror: {name} is there without {other}. Take `mirror` out, or give curves with both sides"
+    )]
+    OneSided {
+        /// The muscle that is there.
+        name: String,
+        /// The one that is not.
+        other: String,
     },
     /// A basis cannot be carried to a face.
     #[error(transparent)]
@@ -77,4 +101,10 @@ pub enum MuscleError {
         /// What to do.
         remedy: &'static str,
     },
+}
+
+impl From<Fault> for MuscleError {
+    fn from(fault: Fault) -> Self {
+        Self::File { path: fault.path, reason: fault.reason, remedy: fault.remedy }
+    }
 }

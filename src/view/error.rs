@@ -80,6 +80,12 @@ pub enum ViewError {
         /// What was called too early, and what to call first.
         reason: &'static str,
     },
+    /// A chart that cannot be drawn.
+    #[error("the chart cannot be drawn: {reason}")]
+    Chart {
+        /// Why, and what would do.
+        reason: String,
+    },
     /// A picture could not be written.
     #[error("cannot write {path}: {reason}. Check that the folder exists and can be written to")]
     Save {

@@ -2,6 +2,7 @@
 //! CPU for inspection. `docs/view.md` shows them and says how long they take.
 
 mod camera;
+mod chart;
 mod edges;
 mod error;
 mod gpu;
@@ -18,6 +19,7 @@ mod text;
 mod texture;
 
 pub use camera::{Projection, ViewCamera};
+pub use chart::{Chart, Moment};
 pub use error::ViewError;
 pub use gpu::Gpu;
 pub use heat_map::heat_map;

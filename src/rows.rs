@@ -1,4 +1,4 @@
-//! The lines of a score: text cut into cells, and faults that name file and line.
+//! Tables of text, line by line: cut into cells, with faults that name file and line.
 //!
 //! Cells are numbers and names without commas, so that a line is cut at its commas, as `export::read_motion_csv` does;
 //! quotes around a whole cell, which R writes, are taken off.
@@ -6,10 +6,9 @@
 use std::{
     fs::File,
     io::{BufRead as _, BufReader, Read as _},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
-use super::ActionError;
 use crate::capture::Timestamp;
 
 /// An hour of OpenFace's tables with all their columns is some 150 MB.
@@ -17,8 +16,19 @@ const MOST_BYTES: u64 = 256 << 20;
 /// Cells are quoted in messages up to this many characters.
 const QUOTED: usize = 40;
 
+/// What is wrong with a table, where, and what to do.
+#[derive(Debug)]
+pub(crate) struct Fault {
+    /// The file.
+    pub path: PathBuf,
+    /// What was found, with its line.
+    pub reason: String,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
 /// The lines of one file that hold something.
-pub(super) struct Lines<'a> {
+pub(crate) struct Lines<'a> {
     path: &'a Path,
     reader: BufReader<std::io::Take<File>>,
     bytes: Vec<u8>,
@@ -27,8 +37,8 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    pub(super) fn open(path: &'a Path) -> Result<Self, ActionError> {
-        let fault = |reason: String, remedy| ActionError::File { path: path.into(), reason, remedy };
+    pub(crate) fn open(path: &'a Path) -> Result<Self, Fault> {
+        let fault = |reason: String, remedy| Fault { path: path.into(), reason, remedy };
         let unreadable = |error: std::io::Error| fault(error.to_string(), "Name a file that can be read");
         let file = File::open(path).map_err(unreadable)?;
         if file.metadata().map_err(unreadable)?.len() > MOST_BYTES {
@@ -39,22 +49,22 @@ impl<'a> Lines<'a> {
     }
 
     /// Of the line that was read last, from 1.
-    pub(super) fn number(&self) -> usize {
+    pub(crate) fn number(&self) -> usize {
         self.number
     }
 
     /// A fault in the line that was read last.
-    pub(super) fn fault(&self, reason: &str) -> ActionError {
+    pub(crate) fn fault(&self, reason: &str) -> Fault {
         self.whole_fault(format!("line {}: {reason}", self.number), "Correct that line")
     }
 
     /// A fault of the whole file.
-    pub(super) fn whole_fault(&self, reason: String, remedy: &'static str) -> ActionError {
-        ActionError::File { path: self.path.into(), reason, remedy }
+    pub(crate) fn whole_fault(&self, reason: String, remedy: &'static str) -> Fault {
+        Fault { path: self.path.into(), reason, remedy }
     }
 
     /// The next line's cells; empty lines and comments are passed over. `None` at the end.
-    pub(super) fn next(&mut self) -> Result<Option<Vec<&str>>, ActionError> {
+    pub(crate) fn next(&mut self) -> Result<Option<Vec<&str>>, Fault> {
         loop {
             self.bytes.clear();
             let count = self.reader.read_until(b'\n', &mut self.bytes).map_err(|error| {
@@ -86,8 +96,8 @@ impl<'a> Lines<'a> {
     }
 }
 
-fn too_large(path: &Path) -> ActionError {
-    ActionError::File {
+fn too_large(path: &Path) -> Fault {
+    Fault {
         path: path.into(),
         reason: format!("it is larger than {} MiB", MOST_BYTES >> 20),
         remedy: "Cut it, or leave out the columns of landmarks",
@@ -101,13 +111,13 @@ fn bare(cell: &str) -> &str {
 }
 
 /// As much of a cell as a message can take.
-pub(super) fn quoted(cell: &str) -> String {
+pub(crate) fn quoted(cell: &str) -> String {
     let end = cell.char_indices().nth(QUOTED).map(|(end, _)| end);
     end.map_or_else(|| format!("{cell:?}"), |end| format!("{:?}…", &cell[..end]))
 }
 
 /// A time in seconds, 0 or more. Decimals are exact to the nanosecond.
-pub(super) fn seconds(cell: &str) -> Result<Timestamp, String> {
+pub(crate) fn seconds(cell: &str) -> Result<Timestamp, String> {
     /// Seconds; beyond them, a float is no longer exact to the nanosecond either way.
     const MOST: f64 = 9e9;
     let float = || cell.parse::<f64>().ok().filter(|seconds| (0.0..MOST).contains(seconds));
