@@ -110,7 +110,7 @@ fn rendered(folder: &std::path::Path, scan: &std::path::Path) -> Result<(), Box<
     use understudy::{lift::Smoothing, pipeline::LiftMode};
     let entries = takes::index(folder)?;
     let names = entries.iter().find(|e| e.kind == "basis").and_then(|e| e.shapes.clone()).ok_or("no basis")?;
-    for seed in [0.0, 1.0, 2.0] {
+    for seed in [1.0, 2.0] {
         let generic = MuscleBasis::arkit();
         let own = if seed == 0.0 { generic.clone() } else { rendered::personalised(generic, seed) };
         let mut actor = rendered::Actor::new(scan, &own)?;
@@ -124,7 +124,7 @@ fn rendered(folder: &std::path::Path, scan: &std::path::Path) -> Result<(), Box<
         for (what, weights) in [("acting", weights), ("turning", still)] {
             let film = actor.film(&rendered::script(weights, turns.clone()))?;
             for (mode, lift) in [("plane", LiftMode::Plane), ("muscles", LiftMode::default())] {
-                for (kind, smoothing) in [("raw", Smoothing::Off), ("causal", Smoothing::Causal), ("zero-phase", Smoothing::ZeroPhase)] {
+                for (kind, smoothing) in [("raw", Smoothing::Off)] {
                     let motion = actor.solve(&film, lift.clone(), smoothing)?;
                     let e = rendered::compare(&film, &motion);
                     println!("seed {seed} {what} {mode} {kind}: still {:.2} error {:.2} turn {:.2} step {:.3}", e.still, e.error, e.turn, e.jitter);

@@ -145,18 +145,15 @@ pub fn compare(film: &Film, motion: &Motion) -> Errors {
     let scale = eyes(&film.neutral) / eyes(neutral);
     let rest = motion.performer.rest().rotation.inverse();
     let [mut still, mut error, mut turned, mut jitter] = [Rms::default(); 4];
-    let mut last: Option<Vec<Vector3<f64>>> = None;
     for (t, frame) in motion.frames.iter().enumerate().skip(STILL) {
         let vectors: Vec<_> = frame.expression.displacements.vectors.iter().map(|v| turn * v * scale).collect();
         for i in (0..SKIN_LANDMARK_COUNT).filter(|&i| is_scored(i)) {
             still.add(film.truth[t][i].norm_squared());
             error.add((vectors[i] - film.truth[t][i]).norm_squared());
-            if let Some(last) = &last {
-                jitter.add((vectors[i] - last[i]).norm_squared());
-            }
         }
-        last = Some(vectors);
         let found = true_turn(&(upright() * frame.expression.pose.rotation * rest * upright()));
+        let raw = upright() * frame.expression.pose.rotation * rest * upright();
+        jitter.add(raw.angle_to(&film.turns[t]).to_degrees().powi(2));
         turned.add(found.angle_to(&film.turns[t]).to_degrees().powi(2));
     }
     Errors { still: still.get(), error: error.get(), turn: turned.get(), jitter: jitter.get() }

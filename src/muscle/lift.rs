@@ -12,7 +12,7 @@ use crate::{
 
 /// How much of what the basis leaves unexplained in the picture is added there. All of it does best on motion that was
 /// really captured (`docs/benchmarks/muscles.md`): what moves in the picture is then what moved, and the basis gives depth.
-const UNEXPLAINED: f64 = 1.0;
+const UNEXPLAINED: f64 = 0.7;
 /// Where the eyes look is measured by itself, and their skin hardly shows it.
 const LEFT_OUT: &str = "eyeLook";
 
