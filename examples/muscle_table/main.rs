@@ -1,5 +1,6 @@
 //! Figures of `docs/benchmarks/muscles.md`.
 mod camera;
+mod refinement;
 mod takes;
 
 use std::{error::Error, path::PathBuf};
@@ -33,10 +34,17 @@ struct Arguments {
     only: String,
     #[arg(long)]
     generic: bool,
+    /// Print the section on refinement alone
+    #[arg(long)]
+    refinement: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Arguments::parse();
+    if options.refinement {
+        print!("{}", refinement::report(&options.takes)?);
+        return Ok(());
+    }
     let mut basis = MuscleBasis::arkit().clone();
     basis.turns_jaw = !options.straight;
     let fit = CameraFit {
