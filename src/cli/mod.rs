@@ -23,6 +23,7 @@ mod muscles;
 mod prepare;
 mod preprocess;
 mod progress;
+mod refine;
 mod render;
 mod target;
 mod track;
@@ -48,6 +49,7 @@ Examples:
   understudy compare --neutral n.obj --predicted p.obj --truth t.obj -o error.png
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
   understudy muscles --target scan.obj -o muscles.png
+  understudy refine takes/*.csv --basis sixteen -o mine.json
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -77,6 +79,7 @@ enum Command {
     Compare(compare::Compare),
     Author(author::Author),
     Muscles(Box<muscles::Muscles>),
+    Refine(refine::Refine),
     Assets(assets::AssetsCommand),
 }
 
@@ -108,6 +111,7 @@ pub fn run() -> ExitCode {
         Command::Compare(command) => command.run(cli.quiet),
         Command::Author(command) => command.run(cli.quiet),
         Command::Muscles(command) => command.run(cli.quiet),
+        Command::Refine(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

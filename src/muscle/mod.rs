@@ -22,6 +22,7 @@ mod own_take;
 mod refine;
 mod refit;
 mod sixteen;
+mod training;
 
 pub use align::{Alignment, OTHER_FACE_REACH, align, virtual_markers};
 pub use analysis::{Analyser, FrameFit, PartFit};
@@ -40,5 +41,6 @@ pub use marker_motion::{MarkerMotion, still_weights};
 pub use motor::MuscleMotor;
 pub use own_take::own_take;
 pub use refine::{
-    EXERCISED, IDLE_FRAMES, IDLE_REACH, RefineOptions, Refinement, Round, Stop, TakeError, Training, refine,
+    EXERCISED, IDLE_FRAMES, IDLE_REACH, RefineOptions, Refinement, Round, Stop, TakeError, refine,
 };
+pub use training::{SeatedTake, Training, join_takes};

@@ -8,7 +8,7 @@ use std::fmt;
 use nalgebra::Vector3;
 
 use super::{
-    Analyser, FaceBasis, MarkerBasis, MarkerSeat, MuscleBasis, MuscleError, Part,
+    Analyser, FaceBasis, MarkerBasis, MarkerSeat, MuscleBasis, MuscleError, Part, Training,
     completion::Completion,
     refit::{Frame, Hold, Lesson},
 };
@@ -27,24 +27,18 @@ const SETTLED: f64 = 1e-4;
 /// The held-out error rises when it is above the least so far by this share, for so many rounds.
 const RISE: f64 = 1e-3;
 const PATIENCE: usize = 2;
+/// Frames held out must lose so much of the squared error that those learned from lose, or it is not this face that is learned.
+const SHARED: f64 = 0.25;
 /// Seconds that are held out at a time: neighbouring frames are alike.
 const BLOCK: f64 = 1.0;
-
-/// Displacements of a take.
-#[derive(Debug, Clone)]
-pub struct Training {
-    /// F × J, millimetres in the frame of the basis' face; `None` where a marker was not seen. Of all takes, markers are
-    /// the same.
-    pub frames: Vec<Vec<Option<Vector3<f64>>>>,
-    /// Frames per second.
-    pub rate: f64,
-}
 
 /// What may be chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefineOptions {
     /// Contractions may exceed 1.
     pub exaggerate: bool,
+    /// Upper and lower face are solved apart, as 001 does.
+    pub divided: bool,
     /// Share of the frames that is held out, 0.05..=0.5.
     pub hold_out: f64,
     /// Rounds at most.
@@ -53,7 +47,7 @@ pub struct RefineOptions {
 
 impl Default for RefineOptions {
     fn default() -> Self {
-        Self { exaggerate: false, hold_out: 0.2, rounds: 20 }
+        Self { exaggerate: false, divided: true, hold_out: 0.2, rounds: 20 }
     }
 }
 
@@ -82,7 +76,8 @@ pub struct Round {
 pub enum Stop {
     /// The total error changes no more.
     Settled,
-    /// The frames held out are explained worse than before; the round before that is kept.
+    /// The frames held out are explained worse than before, or hardly better while those learned from are; the round before
+    /// that is kept.
     Overfits,
     /// As many rounds as were allowed.
     Rounds,
@@ -92,7 +87,7 @@ impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Settled => "the total error has settled",
-            Self::Overfits => "further rounds would overfit: the held-out error rises",
+            Self::Overfits => "more would overfit: the held-out error does not follow",
             Self::Rounds => "as many rounds as were allowed",
         })
     }
@@ -150,7 +145,10 @@ pub fn refine(
         });
     }
     let face = FaceBasis::own(basis);
-    let draft = MarkerBasis::new(&face, seats);
+    let mut draft = MarkerBasis::new(&face, seats);
+    if !options.divided {
+        draft = draft.undivided();
+    }
     let completion = Completion::new(&basis.face, seats)?;
     let count = basis.elements.len();
     let analyse = |shapes: &MarkerBasis| {
@@ -192,6 +190,11 @@ pub fn refine(
         let before = rounds[round - 1].learned.rms;
         rounds.push(errors);
         let least = rounds[best.0].held_out.rms;
+        let gain = |of: fn(&Round) -> TakeError| of(&first).rms.powi(2) - of(&errors).rms.powi(2);
+        if gain(|round| round.held_out) < SHARED * gain(|round| round.learned) {
+            stop = Stop::Overfits;
+            break;
+        }
         if errors.held_out.rms < least {
             best = (round, Some(state.clone()));
         } else if errors.held_out.rms > least * (1.0 + RISE) && round - best.0 >= PATIENCE {

@@ -9,9 +9,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use super::{MarkerBasis, MuscleError, Part};
 
 /// How firmly the draft holds: the weight, in frames of full contraction, of a muscle that was used very much.
-const HOLD: f64 = 1.0;
+const HOLD: f64 = 0.01;
 /// Used for so many frames of full contraction, a muscle is held twice as firmly; for less, more so.
-const LITTLE: f64 = 5.0;
+const LITTLE: f64 = 50.0;
 
 /// Displacements of a frame, one for each marker, millimetres in the frame of the basis' face; `None` where not seen.
 pub(super) type Frame = Vec<Option<Vector3<f64>>>;
