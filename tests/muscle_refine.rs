@@ -113,9 +113,6 @@ fn noise_teaches_nothing() {
     let frames = (0..48).map(|_| (0..117).map(|_| Some(numbers.vector() * 6.0)).collect()).collect();
     let refined = refined(&[Training { frames, rate: RATE }]);
     assert_eq!(refined.stop, Stop::Overfits, "{:?}", refined.rounds);
-    let (kept, last) = (refined.rounds[refined.best], refined.rounds[refined.rounds.len() - 1]);
-    assert!(kept.held_out.rms < last.held_out.rms);
-    if refined.best == 0 {
-        assert_eq!(refined.basis, draft());
-    }
+    assert_eq!(refined.best, 0);
+    assert_eq!(refined.basis, draft());
 }

@@ -7,7 +7,7 @@ use super::{BoxSolver, MarkerBasis, Part};
 /// Added to the diagonal, of its mean: too little to see, enough where missing markers leave two muscles alike.
 const RIDGE: f64 = 1e-10;
 /// Solutions for one frame while the jaw's arc settles, and the change of its contraction at which it has.
-const MOST_BENDS: usize = 6;
+const MOST_BENDS: usize = 12;
 const SETTLED: f64 = 1e-7;
 
 /// How well contractions explain a frame.

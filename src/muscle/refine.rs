@@ -23,11 +23,12 @@ pub const EXERCISED: f64 = 0.5;
 /// Frames to learn from, for each muscle.
 const FRAMES_A_MUSCLE: usize = 2;
 /// The total error has settled when a round changes it by less than this share.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 1e-3;
 /// The held-out error rises when it is above the least so far by this share, for so many rounds.
 const RISE: f64 = 1e-3;
 const PATIENCE: usize = 2;
-/// Frames held out must lose so much of the squared error that those learned from lose, or it is not this face that is learned.
+/// The squared error of frames held out must fall by so much of the share by which that of those learned from falls, or it
+/// is not this face that is learned.
 const SHARED: f64 = 0.25;
 /// Seconds that are held out at a time: neighbouring frames are alike.
 const BLOCK: f64 = 1.0;
@@ -190,7 +191,9 @@ pub fn refine(
         let before = rounds[round - 1].learned.rms;
         rounds.push(errors);
         let least = rounds[best.0].held_out.rms;
-        let gain = |of: fn(&Round) -> TakeError| of(&first).rms.powi(2) - of(&errors).rms.powi(2);
+        let gain = |of: fn(&Round) -> TakeError| {
+            1.0 - (of(&errors).rms / of(&first).rms.max(f64::MIN_POSITIVE)).powi(2)
+        };
         if gain(|round| round.held_out) < SHARED * gain(|round| round.learned) {
             stop = Stop::Overfits;
             break;
