@@ -76,16 +76,21 @@ struct Half {
     jaw: Option<usize>,
     /// 3n × m: D.
     columns: DMatrix<f64>,
-    /// m × m: DᵀD, of all markers and of those that a frame shows.
-    gram: DMatrix<f64>,
-    shown: DMatrix<f64>,
+    /// 3n × 12: B, the millimetres that the jaw's bend makes.
+    bending: DMatrix<f64>,
+    /// m × m and m × 12: DᵀD and DᵀB, of all markers and of those that a frame shows.
+    whole: (DMatrix<f64>, DMatrix<f64>),
+    shown: (DMatrix<f64>, DMatrix<f64>),
     ridge: f64,
     solver: BoxSolver,
     missing: Vec<usize>,
-    /// 3n: d̂, 0 where it is missing; the same less the jaw's bend; what is left.
-    seen: DVector<f64>,
-    straight: DVector<f64>,
+    /// 3n: d̂, 0 where it is missing; then what the solution leaves.
+    left: DVector<f64>,
+    /// m: Dᵀd̂, and the same less the jaw's bend.
+    pulls: DVector<f64>,
     right: DVector<f64>,
+    /// By how much a jaw's contraction changes that is solved with the bend of another, for each unit of that.
+    slope: f64,
 }
 
 impl Half {
@@ -97,23 +102,30 @@ impl Half {
         let columns = DMatrix::from_fn(rows, muscles.len(), |row, k| {
             basis.vectors[muscles[k]][markers[row / 3]][row % 3]
         });
+        let mut bending = DMatrix::zeros(rows, 12);
+        for (k, marker) in markers.iter().enumerate() {
+            bending.fixed_view_mut::<3, 12>(3 * k, 0).copy_from(&basis.bending(*marker));
+        }
         let mut gram = columns.tr_mul(&columns);
         let ridge = (RIDGE * gram.trace() / muscles.len().max(1) as f64).max(f64::MIN_POSITIVE);
         for k in 0..muscles.len() {
             gram[(k, k)] += ridge;
         }
+        let whole = (gram, columns.tr_mul(&bending));
         Self {
             jaw: basis.jaw().and_then(|jaw| muscles.iter().position(|muscle| *muscle == jaw)),
-            shown: gram.clone(),
+            shown: whole.clone(),
+            whole,
             solver: BoxSolver::contractions(muscles.len(), exaggerate),
             missing: Vec::with_capacity(markers.len()),
-            seen: DVector::zeros(rows),
-            straight: DVector::zeros(rows),
+            left: DVector::zeros(rows),
+            pulls: DVector::zeros(muscles.len()),
             right: DVector::zeros(muscles.len()),
+            slope: 0.0,
             muscles,
             markers,
             columns,
-            gram,
+            bending,
             ridge,
         }
     }
@@ -130,46 +142,63 @@ impl Half {
             if seen.is_none() {
                 self.missing.push(k);
             }
-            self.seen.fixed_rows_mut::<3>(3 * k).copy_from(&seen.unwrap_or_default());
+            self.left.fixed_rows_mut::<3>(3 * k).copy_from(&seen.unwrap_or_default());
         }
-        let shown = self.markers.len() - self.missing.len();
-        if shown == 0 || self.muscles.is_empty() {
-            return self.fit(basis);
-        }
-        self.show();
-        let mut bent = self.jaw.map(|jaw| self.solver.solution()[jaw]);
-        for _ in 0..MOST_BENDS {
-            self.straighten(basis, bent);
-            self.right.gemv_tr(1.0, &self.columns, &self.straight, 0.0);
-            let gram = if self.missing.is_empty() { &self.gram } else { &self.shown };
-            if self.solver.solve(gram, &self.right).is_none() {
-                break;
+        if self.missing.len() < self.markers.len() && !self.muscles.is_empty() {
+            self.show();
+            self.pulls.gemv_tr(1.0, &self.columns, &self.left, 0.0);
+            self.settle(basis);
+            for (k, muscle) in self.muscles.iter().enumerate() {
+                contractions[*muscle] = self.solver.solution()[k];
             }
-            let now = self.jaw.map(|jaw| self.solver.solution()[jaw]);
-            if now.zip(bent).is_none_or(|(now, bent)| (now - bent).abs() <= SETTLED) {
-                break;
-            }
-            bent = now;
-        }
-        for (k, muscle) in self.muscles.iter().enumerate() {
-            contractions[*muscle] = self.solver.solution()[k];
         }
         self.fit(basis)
     }
 
-    /// The Gram matrix of the markers that are seen: less the rows of the few that are not, or those of the few that are.
+    /// Solves with the jaw's bend of a contraction until it is the solution's own: by the secant of how far the two are apart.
+    fn settle(&mut self, basis: &MarkerBasis) {
+        let mut bent = self.jaw.map(|jaw| self.solver.solution()[jaw]);
+        let mut before: Option<(f64, f64)> = None;
+        for _ in 0..MOST_BENDS {
+            let (gram, bends) = if self.missing.is_empty() { &self.whole } else { &self.shown };
+            self.right.copy_from(&self.pulls);
+            if let Some(bent) = bent.filter(|bent| *bent != 0.0) {
+                self.right.gemv(-1.0, bends, &basis.bend(bent), 1.0);
+            }
+            if self.solver.solve(gram, &self.right).is_none() {
+                break;
+            }
+            let (Some(at), Some(jaw)) = (bent, self.jaw) else { break };
+            let apart = self.solver.solution()[jaw] - at;
+            if apart.abs() <= SETTLED {
+                break;
+            }
+            if let Some((last_at, last_apart)) = before
+                && (at - last_at).abs() > SETTLED
+            {
+                // A bound met on the way makes a kink; beyond these slopes it is no guide.
+                self.slope = (1.0 + (apart - last_apart) / (at - last_at)).clamp(-0.5, 0.5);
+            }
+            before = Some((at, apart));
+            bent = Some((at + apart / (1.0 - self.slope)).max(0.0));
+        }
+    }
+
+    /// The Gram matrices of the markers that are seen: less the rows of the few that are not, or those of the few that are.
     fn show(&mut self) {
         if self.missing.is_empty() {
             return;
         }
         if 2 * self.missing.len() <= self.markers.len() {
-            self.shown.copy_from(&self.gram);
+            self.shown.0.copy_from(&self.whole.0);
+            self.shown.1.copy_from(&self.whole.1);
             for k in 0..self.missing.len() {
                 self.add(self.missing[k], -1.0);
             }
         } else {
-            self.shown.fill(0.0);
-            self.shown.fill_diagonal(self.ridge);
+            self.shown.0.fill(0.0);
+            self.shown.0.fill_diagonal(self.ridge);
+            self.shown.1.fill(0.0);
             let mut next = 0;
             for marker in 0..self.markers.len() {
                 if self.missing.get(next) == Some(&marker) {
@@ -182,39 +211,29 @@ impl Half {
     }
 
     fn add(&mut self, marker: usize, sign: f64) {
+        let (gram, bends) = &mut self.shown;
         for row in 3 * marker..3 * marker + 3 {
-            for b in 0..self.muscles.len() {
-                let by = sign * self.columns[(row, b)];
-                for a in 0..self.muscles.len() {
-                    self.shown[(a, b)] += by * self.columns[(row, a)];
-                }
+            let own = self.columns.row(row);
+            for (by, mut to) in own.iter().zip(gram.column_iter_mut()) {
+                to.iter_mut().zip(own.iter()).for_each(|(to, own)| *to += sign * by * own);
             }
-        }
-    }
-
-    /// d̂ less what the jaw's arc adds at a contraction.
-    fn straighten(&mut self, basis: &MarkerBasis, jaw: Option<f64>) {
-        self.straight.copy_from(&self.seen);
-        let Some(jaw) = jaw.filter(|jaw| *jaw != 0.0) else { return };
-        let bend = basis.bend(jaw);
-        let mut missing = self.missing.iter().peekable();
-        for (k, marker) in self.markers.iter().enumerate() {
-            if missing.next_if(|gone| **gone == k).is_none() {
-                let mut own = self.straight.fixed_rows_mut::<3>(3 * k);
-                own -= basis.bend_at(&bend, *marker);
+            for (by, mut to) in self.bending.row(row).iter().zip(bends.column_iter_mut()) {
+                to.iter_mut().zip(own.iter()).for_each(|(to, own)| *to += sign * by * own);
             }
         }
     }
 
     /// What the solution leaves.
     fn fit(&mut self, basis: &MarkerBasis) -> PartFit {
-        self.straighten(basis, self.jaw.map(|jaw| self.solver.solution()[jaw]));
-        self.straight.gemv(-1.0, &self.columns, self.solver.solution(), 1.0);
+        if let Some(jaw) = self.jaw {
+            self.left.gemv(-1.0, &self.bending, &basis.bend(self.solver.solution()[jaw]), 1.0);
+        }
+        self.left.gemv(-1.0, &self.columns, self.solver.solution(), 1.0);
         let mut fit = PartFit { seen: self.markers.len() - self.missing.len(), ..PartFit::default() };
         let mut missing = self.missing.iter().peekable();
         for k in 0..self.markers.len() {
             if missing.next_if(|gone| **gone == k).is_none() {
-                let squared = self.straight.fixed_rows::<3>(3 * k).norm_squared();
+                let squared = self.left.fixed_rows::<3>(3 * k).norm_squared();
                 fit.squared += squared;
                 fit.error += squared.sqrt();
             }

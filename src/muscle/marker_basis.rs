@@ -1,6 +1,6 @@
 //! What each muscle does to each marker: dᵢⱼ of 001 §4.1.2.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, SMatrix, SVector, Vector3};
 
 use super::{FaceBasis, JawBow, MarkerMap, Muscle, Part};
 use crate::{
@@ -53,6 +53,9 @@ impl MarkerSeat {
         self.0.iter().map(|(handle, share)| vectors[*handle] * *share).sum()
     }
 }
+
+/// How far the jaw is off its straight line: a matrix and a vector.
+pub(super) type Bend = SVector<f64, 12>;
 
 /// A basis at the markers of a take, in the frame of the basis' face, millimetres.
 #[derive(Debug, Clone)]
@@ -125,24 +128,38 @@ impl MarkerBasis {
         self.bow.as_ref().map(|(jaw, ..)| *jaw)
     }
 
-    /// What the jaw's arc differs by from the straight line at its contraction: A and b for [`MarkerBasis::bend_at`].
-    pub(super) fn bend(&self, contraction: f64) -> (Matrix3<f64>, Vector3<f64>) {
-        match &self.bow {
-            Some((_, bow, _)) if contraction != 0.0 => bow.affine(contraction),
-            _ => (Matrix3::zeros(), Vector3::zeros()),
+    /// What the jaw's arc differs by from the straight line at its contraction: A, column by column, and b, of
+    /// [`MarkerBasis::bend_at`].
+    pub(super) fn bend(&self, contraction: f64) -> Bend {
+        let mut bend = Bend::zeros();
+        if let Some((_, bow, _)) = &self.bow
+            && contraction != 0.0
+        {
+            let (turn, shift) = bow.affine(contraction);
+            bend.fixed_rows_mut::<9>(0).copy_from(&SVector::<f64, 9>::from_column_slice(turn.as_slice()));
+            bend.fixed_rows_mut::<3>(9).copy_from(&shift);
         }
+        bend
+    }
+
+    /// What a bend is to a marker: 3 × 12, which makes millimetres of it.
+    pub(super) fn bending(&self, marker: usize) -> SMatrix<f64, 3, 12> {
+        let mut matrix = SMatrix::zeros();
+        if let Some((_, _, followers)) = &self.bow {
+            let (place, share) = &followers[marker];
+            for axis in 0..3 {
+                for k in 0..3 {
+                    matrix[(axis, 3 * k + axis)] = place[k];
+                }
+                matrix[(axis, 9 + axis)] = *share;
+            }
+        }
+        matrix
     }
 
     /// The difference at a marker, millimetres.
-    pub(super) fn bend_at(
-        &self,
-        (turn, shift): &(Matrix3<f64>, Vector3<f64>),
-        marker: usize,
-    ) -> Vector3<f64> {
-        self.bow.as_ref().map_or_else(Vector3::zeros, |(_, _, followers)| {
-            let (place, share) = &followers[marker];
-            turn * place + shift * *share
-        })
+    pub(super) fn bend_at(&self, bend: &Bend, marker: usize) -> Vector3<f64> {
+        self.bending(marker) * bend
     }
 
     /// The displacements that contractions make, J, with the jaw on its arc (eq. 1).

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use understudy::{
     assets::Assets,
     capture::VideoFile,
-    lift::{Displacements, Expression, Eyes},
+    lift::{Displacements, Expression},
     pipeline::{
         Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions, read_canonical_face,
     },
