@@ -19,7 +19,8 @@ use super::takes::{Take, index as takes_of};
 const MARKERS: usize = 100;
 /// Contractions that vary less than this over a take have no correlation.
 const STIRS: f64 = 0.03;
-const NOISES: [&str; 2] = ["measured_0.1", "measured_0.3"];
+/// Noise, and whether upper and lower face are solved apart.
+const WAYS: [(&str, bool); 3] = [("measured_0.1", true), ("measured_0.3", true), ("measured_0.3", false)];
 
 /// How contractions and motion of a take that was not learned from come out.
 struct Score {
@@ -44,8 +45,8 @@ pub fn report(folder: &Path) -> Result<String, Box<dyn Error>> {
         "## Refinement\n\nARKit's shapes on each performer's face, refined by 600 frames with white noise at {MARKERS} \
          markers; scored on a take that was not learned from, without noise. r: correlation of contractions, mean over \
          muscles that stir and worst; RMSE of all; motion: root mean square of all landmarks, mm.\n\n\
-         | performer | noise | rounds | learned, mm | held out, mm | r | worst | RMSE | worst | motion, mm |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n"
+         | performer | parts | noise | rounds | learned, mm | held out, mm | r | worst | RMSE | worst | motion, mm |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n"
     );
     let mut notes = String::new();
     for kind in ["exact", "personalised"] {
@@ -54,15 +55,16 @@ pub fn report(folder: &Path) -> Result<String, Box<dyn Error>> {
                 (of(&format!("training_{kind}_{performer}"))?, of(&format!("{kind}_{performer}_noise0"))?);
             let draft = on_face(MuscleBasis::arkit(), &test.neutral())?;
             let seats = spread(&draft.face);
-            let before = score(&draft, &seats, &test, &shapes);
-            for noise in NOISES {
-                let refined = learn(&draft, &seats, &training, noise)?;
-                let after = score(&refined.basis, &seats, &test, &shapes);
+            for (way, (noise, divided)) in WAYS.into_iter().enumerate() {
+                let refined = learn(&draft, &seats, &training, noise, divided)?;
+                let before = score(&draft, &seats, &test, &shapes, divided);
+                let after = score(&refined.basis, &seats, &test, &shapes, divided);
                 let (first, last) = (&refined.rounds[0], &refined.rounds[refined.best]);
                 let arrow = |a: f64, b: f64, places: usize| format!("{a:.places$} → {b:.places$}");
                 writeln!(
                     out,
-                    "| {kind} {performer} | {} | {} of {} | {} | {} | {} | {} | {} | {} | {} |",
+                    "| {kind} {performer} | {} | {} | {} of {} | {} | {} | {} | {} | {} | {} | {} |",
+                    if divided { "two" } else { "one" },
                     noise.trim_start_matches("measured_"),
                     refined.best,
                     refined.rounds.len() - 1,
@@ -74,7 +76,7 @@ pub fn report(folder: &Path) -> Result<String, Box<dyn Error>> {
                     arrow(before.worst_rmse, after.worst_rmse, 2),
                     arrow(before.motion, after.motion, 2),
                 )?;
-                if noise == NOISES[0] {
+                if way == 0 {
                     let (idle, slight) = (refined.idle.join(", "), refined.slight.join(", "));
                     writeln!(
                         notes,
@@ -133,14 +135,22 @@ fn learn(
     seats: &[Option<MarkerSeat>],
     training: &Take,
     noise: &str,
+    divided: bool,
 ) -> Result<Refinement, Box<dyn Error>> {
     let take = Training { frames: seen(training.displacements(noise), seats), rate: 30.0 };
-    Ok(refine(draft, seats, &[take], &RefineOptions::default(), |_| ())?)
+    Ok(refine(draft, seats, &[take], &RefineOptions { divided, ..RefineOptions::default() }, |_| ())?)
 }
 
-fn score(basis: &MuscleBasis, seats: &[Option<MarkerSeat>], test: &Take, shapes: &[String]) -> Score {
+fn score(
+    basis: &MuscleBasis,
+    seats: &[Option<MarkerSeat>],
+    test: &Take,
+    shapes: &[String],
+    divided: bool,
+) -> Score {
     let face = FaceBasis::own(basis);
-    let mut analyser = Analyser::new(MarkerBasis::new(&face, seats), false);
+    let markers = MarkerBasis::new(&face, seats);
+    let mut analyser = Analyser::new(if divided { markers } else { markers.undivided() }, false);
     let truth = test.displacements("truth");
     let mut fitted = Vec::new();
     let (mut squared, mut points) = (0.0, 0.0);

@@ -11,7 +11,8 @@ use understudy::{
     capture::{FrameRate, read_markers},
     export::{Draft, write_basis},
     muscle::{
-        EXERCISED, MarkerMap, MuscleBasis, RefineOptions, Refinement, Round, SeatedTake, join_takes, refine,
+        EXERCISED, MarkerMap, MuscleBasis, RefineOptions, Refinement, Round, SeatedTake, TakeError,
+        join_takes, refine,
     },
     pipeline::{canonical_skin, motion_markers},
     view::Gpu,
@@ -96,7 +97,7 @@ impl Refine {
         let refined = refine(&basis, &seats, &takes, &options, |_| bar.inc(1))?;
         bar.finish_and_clear();
         if !quiet {
-            report(&refined, self.exaggerate);
+            report(&refined, self.exaggerate, options.divided);
         }
         if refined.best == 0 {
             return Err(format!(
@@ -166,30 +167,19 @@ impl Refine {
     }
 }
 
-fn report(refined: &Refinement, exaggerate: bool) {
+fn report(refined: &Refinement, exaggerate: bool, divided: bool) {
     let [learned, held] = refined.frames;
     say!("errors of markers, mm, on {learned} frames learned from and {held} held out");
-    say!(
-        "{:<8}{:>9}{:>9}{:>9}{:>11}{:>9}{:>9}",
-        "round",
-        "learned",
-        "upper",
-        "lower",
-        "held out",
-        "upper",
-        "lower"
-    );
+    let parts = if divided { format!("{:>9}{:>9}", "upper", "lower") } else { format!("{:>9}", "mean") };
+    say!("{:<8}{:>9}{parts}{:>11}{parts}", "round", "learned", "held out");
+    let means = |error: &TakeError| {
+        let upper = if divided { format!("{:>9.3}", error.upper) } else { String::new() };
+        format!("{upper}{:>9.3}", error.lower)
+    };
     for (round, Round { learned, held_out }) in refined.rounds.iter().enumerate() {
         let name = if round == 0 { "draft".to_owned() } else { round.to_string() };
-        say!(
-            "{name:<8}{:>9.3}{:>9.3}{:>9.3}{:>11.3}{:>9.3}{:>9.3}",
-            learned.rms,
-            learned.upper,
-            learned.lower,
-            held_out.rms,
-            held_out.upper,
-            held_out.lower
-        );
+        let (own, other) = (means(learned), means(held_out));
+        say!("{name:<8}{:>9.3}{own}{:>11.3}{other}", learned.rms, held_out.rms);
     }
     say!("round {} is kept: {}", refined.best, refined.stop);
     if !refined.idle.is_empty() {
