@@ -1,5 +1,7 @@
 //! A basis learns the shapes of a performer from takes whose contractions nobody told it.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
 mod common;
 
 use common::muscle_takes::{Numbers, RATE, apart, contractions, perturbed, played, seats};

@@ -11,8 +11,8 @@ use understudy::{
     capture::{FrameRate, read_markers},
     export::{Draft, write_basis},
     muscle::{
-        EXERCISED, MarkerMap, MuscleBasis, RefineOptions, Refinement, Round, SeatedTake, TakeError,
-        join_takes, refine,
+        Alignment, EXERCISED, MarkerMap, MuscleBasis, RefineOptions, Refinement, Round, SeatedTake,
+        TakeError, join_takes, refine,
     },
     pipeline::{canonical_skin, motion_markers},
     view::Gpu,
@@ -70,12 +70,11 @@ impl Refine {
         drop(Draft::create(&self.output)?);
         let map = self.map.as_deref().map(MarkerMap::read).transpose()?.unwrap_or_default();
         let assets = Assets::locate()?;
-        let basis = match self.basis.stated(MuscleBasis::arkit())? {
-            Some(basis) => basis,
-            None => {
-                let mut networks = ClipArgs::networks(&assets)?;
-                self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?
-            }
+        let basis = if let Some(basis) = self.basis.stated(MuscleBasis::arkit())? {
+            basis
+        } else {
+            let mut networks = ClipArgs::networks(&assets)?;
+            self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?
         };
         let takes: Vec<SeatedTake> = self
             .takes
@@ -160,7 +159,7 @@ impl Refine {
                 seated.placed(),
                 seated.names.len(),
                 100.0 * missing as f64 / wanted.max(1) as f64,
-                seated.alignment.as_ref().map_or(0.0, |alignment| alignment.error_after())
+                seated.alignment.as_ref().map_or(0.0, Alignment::error_after)
             );
         }
         Ok(seated)

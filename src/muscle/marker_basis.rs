@@ -54,6 +54,9 @@ impl MarkerSeat {
     }
 }
 
+/// How much of a point a marker is to the jaw: Σsp and Σs of its handles, which a bend moves by A·Σsp + b·Σs.
+type Follower = (Vector3<f64>, f64);
+
 /// How far the jaw is off its straight line: a matrix and a vector.
 pub(super) type Bend = SVector<f64, 12>;
 
@@ -68,8 +71,8 @@ pub struct MarkerBasis {
     pub parts: Vec<Option<Part>>,
     /// M × J: dᵢⱼ; zero where a marker is off.
     pub vectors: Vec<Vec<Vector3<f64>>>,
-    /// The jaw's muscle, its arc, and how much of a point each marker is to it: A·Σsp + b·Σs.
-    bow: Option<(usize, JawBow, Vec<(Vector3<f64>, f64)>)>,
+    /// The jaw's muscle, its arc, and what each marker is to it.
+    bow: Option<(usize, JawBow, Vec<Follower>)>,
 }
 
 impl MarkerBasis {
@@ -181,7 +184,7 @@ impl MarkerBasis {
 }
 
 /// What [`MarkerBasis::bend_at`] needs of each marker.
-fn followers(bow: &JawBow, seats: &[Option<MarkerSeat>]) -> Vec<(Vector3<f64>, f64)> {
+fn followers(bow: &JawBow, seats: &[Option<MarkerSeat>]) -> Vec<Follower> {
     let follower = |seat: &Option<MarkerSeat>| {
         let (mut place, mut share) = (Vector3::zeros(), 0.0);
         for (handle, own) in seat.iter().flat_map(|seat| &seat.0) {

@@ -160,11 +160,7 @@ pub fn refine(
     };
     let (contractions, first) = analyse(&draft);
     each(&first);
-    let lesson = Lesson { frames: &learned, contractions: &contractions };
-    let usage: Vec<(f64, f64)> = (0..count).map(|muscle| lesson.usage(muscle)).collect();
-    let idle: Vec<bool> = usage.iter().map(|(sum, most)| *sum < IDLE_FRAMES || *most < IDLE_REACH).collect();
-    let exercised: Vec<bool> =
-        usage.iter().zip(&idle).map(|((_, most), idle)| !idle && *most >= EXERCISED).collect();
+    let used = Used::by(&contractions, count);
     let bent = |state: &mut State| -> Result<(), MuscleError> {
         if let Some(jaw) = draft.jaw() {
             let vectors = completed(basis, &draft, state, &completion, jaw)?;
@@ -177,9 +173,9 @@ pub fn refine(
     let mut best: (usize, Option<State>) = (0, None);
     let mut stop = Stop::Rounds;
     for round in 1..=options.rounds {
-        gauge(&mut state, &exercised);
+        gauge(&mut state, &used.exercised);
         bent(&mut state)?;
-        let hold = Hold { draft: &draft, gauges: &state.gauges, idle: &idle };
+        let hold = Hold { draft: &draft, gauges: &state.gauges, idle: &used.idle };
         let lesson = Lesson { frames: &learned, contractions: &state.contractions };
         for part in [Part::Upper, Part::Lower] {
             lesson.refit(&mut state.shapes, &hold, part, part)?;
@@ -190,17 +186,10 @@ pub fn refine(
         each(&errors);
         let before = rounds[round - 1].learned.rms;
         rounds.push(errors);
-        let least = rounds[best.0].held_out.rms;
-        let gain = |of: fn(&Round) -> TakeError| {
-            1.0 - (of(&errors).rms / of(&first).rms.max(f64::MIN_POSITIVE)).powi(2)
-        };
-        if gain(|round| round.held_out) < SHARED * gain(|round| round.learned) {
-            stop = Stop::Overfits;
-            break;
-        }
-        if errors.held_out.rms < least {
+        if rounds[round].held_out.rms < rounds[best.0].held_out.rms && !overfits(&rounds, best.0) {
             best = (round, Some(state.clone()));
-        } else if errors.held_out.rms > least * (1.0 + RISE) && round - best.0 >= PATIENCE {
+        }
+        if overfits(&rounds, best.0) {
             stop = Stop::Overfits;
             break;
         }
@@ -211,30 +200,62 @@ pub fn refine(
     }
     let mut refined = basis.clone();
     if let Some(mut state) = best.1 {
-        gauge(&mut state, &exercised);
-        let hold = Hold { draft: &draft, gauges: &state.gauges, idle: &idle };
+        gauge(&mut state, &used.exercised);
+        let hold = Hold { draft: &draft, gauges: &state.gauges, idle: &used.idle };
         let lesson = Lesson { frames: &learned, contractions: &state.contractions };
         // What muscles do to the other part of the face does not count in the analysis, but is seen.
         lesson.refit(&mut state.shapes, &hold, Part::Upper, Part::Lower)?;
         lesson.refit(&mut state.shapes, &hold, Part::Lower, Part::Upper)?;
-        for muscle in (0..count).filter(|muscle| !idle[*muscle]) {
+        for muscle in (0..count).filter(|muscle| !used.idle[*muscle]) {
             refined.elements[muscle].vectors = completed(basis, &draft, &state, &completion, muscle)?;
         }
     }
-    let names = |keep: &dyn Fn(usize) -> bool| {
-        let kept = (0..count).filter(|muscle| keep(*muscle));
-        kept.map(|muscle| basis.elements[muscle].name.clone()).collect()
+    let named = |which: Vec<bool>| {
+        let kept = basis.elements.iter().zip(which).filter(|(_, which)| *which);
+        kept.map(|(element, _)| element.name.clone()).collect()
     };
+    let slight = used.idle.iter().zip(&used.exercised).map(|(idle, exercised)| !idle && !exercised);
     Ok(Refinement {
         basis: refined,
         rounds,
         best: best.0,
         stop,
-        reach: usage.iter().map(|(_, most)| *most).collect(),
-        idle: names(&|muscle| idle[muscle]),
-        slight: names(&|muscle| !idle[muscle] && !exercised[muscle]),
+        slight: named(slight.collect()),
+        reach: used.reach,
+        idle: named(used.idle),
         frames: [learned.len(), held.len()],
     })
+}
+
+/// How far the takes use each muscle, by the draft; M each.
+struct Used {
+    reach: Vec<f64>,
+    idle: Vec<bool>,
+    exercised: Vec<bool>,
+}
+
+impl Used {
+    fn by(contractions: &[Vec<f64>], count: usize) -> Self {
+        let reach = |muscle: usize| contractions.iter().map(|x| x[muscle]).fold(0.0, f64::max);
+        let reach: Vec<f64> = (0..count).map(reach).collect();
+        let idle = |muscle: usize| {
+            reach[muscle] < IDLE_REACH
+                || contractions.iter().map(|x| x[muscle].powi(2)).sum::<f64>() < IDLE_FRAMES
+        };
+        let idle: Vec<bool> = (0..count).map(idle).collect();
+        let exercised = reach.iter().zip(&idle).map(|(reach, idle)| !idle && *reach >= EXERCISED).collect();
+        Self { reach, idle, exercised }
+    }
+}
+
+/// Whether the last round learned the takes and not the face.
+fn overfits(rounds: &[Round], best: usize) -> bool {
+    let (first, last) = (&rounds[0], &rounds[rounds.len() - 1]);
+    let gain =
+        |of: fn(&Round) -> TakeError| 1.0 - (of(last).rms / of(first).rms.max(f64::MIN_POSITIVE)).powi(2);
+    let rises = last.held_out.rms > rounds[best].held_out.rms * (1.0 + RISE);
+    gain(|round| round.held_out) < SHARED * gain(|round| round.learned)
+        || rises && rounds.len() - 1 - best >= PATIENCE
 }
 
 /// One muscle's shape at every handle: the draft's times its gauge, and what the markers differ by from that.

@@ -34,12 +34,6 @@ pub(super) struct Hold<'a> {
 }
 
 impl Lesson<'_> {
-    /// Σx², in frames of full contraction, and the largest x.
-    pub(super) fn usage(&self, muscle: usize) -> (f64, f64) {
-        let own = || self.contractions.iter().map(|x| x[muscle]);
-        (own().map(|x| x * x).sum(), own().fold(0.0, f64::max))
-    }
-
     /// Fits what the muscles of `of` do to the markers of `at`, in `basis`, while all else stays. Where the two differ,
     /// what the markers' own muscles do is taken off first.
     pub(super) fn refit(
