@@ -8,7 +8,7 @@ use understudy::{
     anatomy::Anatomy,
     assets::Assets,
     head::{Camera, HeadPose, true_turn},
-    lift::{Displacements, Expression, Eyes, Performer, frontal_pose},
+    lift::{Displacements, Expression, Performer, frontal_pose},
     pipeline::read_canonical_face,
     rig::{Driver, Method, Rig, TargetFace},
     scan::{Mesh, Surface},

@@ -125,7 +125,7 @@ fn spread(face: &[Point3<f64>]) -> Vec<Option<MarkerSeat>> {
 }
 
 /// What markers at `seats` show of the displacements of all landmarks.
-fn seen(frames: Vec<Vec<Vector3<f64>>>, seats: &[Option<MarkerSeat>]) -> Vec<Vec<Option<Vector3<f64>>>> {
+fn seen(frames: &[Vec<Vector3<f64>>], seats: &[Option<MarkerSeat>]) -> Vec<Vec<Option<Vector3<f64>>>> {
     let at = |frame: &Vec<Vector3<f64>>| seats.iter().map(|s| s.as_ref().map(|s| s.vector(frame))).collect();
     frames.iter().map(at).collect()
 }
@@ -137,7 +137,7 @@ fn learn(
     noise: &str,
     divided: bool,
 ) -> Result<Refinement, Box<dyn Error>> {
-    let take = Training { frames: seen(training.displacements(noise), seats), rate: 30.0 };
+    let take = Training { frames: seen(&training.displacements(noise), seats), rate: 30.0 };
     Ok(refine(draft, seats, &[take], &RefineOptions { divided, ..RefineOptions::default() }, |_| ())?)
 }
 
@@ -155,7 +155,7 @@ fn score(
     let mut fitted = Vec::new();
     let (mut squared, mut points) = (0.0, 0.0);
     let mut solved = Vec::new();
-    for (frame, marked) in truth.iter().zip(seen(truth.clone(), seats)) {
+    for (frame, marked) in truth.iter().zip(seen(&truth, seats)) {
         analyser.solve(&marked);
         solved.push(analyser.contractions().to_vec());
         face.synthesize(analyser.contractions(), &mut fitted);
