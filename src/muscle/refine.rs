@@ -274,7 +274,8 @@ fn completed(
     Ok(vectors)
 }
 
-/// Scales each exercised muscle so that its largest contraction is 1: contractions down, its shape up, nothing else changes.
+/// Scales each exercised muscle so that its largest contraction is 1: its contractions by one factor, its shape by the
+/// inverse; what they make together stays.
 fn gauge(state: &mut State, exercised: &[bool]) {
     for muscle in (0..exercised.len()).filter(|muscle| exercised[*muscle]) {
         let most = state.contractions.iter().map(|x| x[muscle]).fold(0.0, f64::max);
