@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout, reason = "an example says what it finds")]
 
 mod camera;
+mod refinement;
 mod rendered;
 mod steady;
 mod takes;
@@ -27,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
     let entries = takes::index(&arguments.takes)?;
     println!("## From exact landmarks and markers\n\n{}", camera::section(&arguments.takes, &entries)?);
+    println!("{}", refinement::report(&arguments.takes)?);
     println!("## Jitter and lag\n\n{}", steady::section(&arguments.takes, &entries)?);
     if !arguments.scans.is_empty() {
         let section = rendered::section(&arguments.takes, &entries, &arguments.scans)?;
