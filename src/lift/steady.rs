@@ -32,8 +32,8 @@ pub enum Smoothing {
 const FACE: OneEuroSettings = OneEuroSettings { minimum_cutoff: 1.5, beta: 0.15 };
 /// Lids and irises.
 const LIDS: OneEuroSettings = OneEuroSettings { minimum_cutoff: 4.0, beta: 0.6 };
-/// Contractions, from 0 to 1: a fifth of the jitter at a third of a frame's lag.
-const MUSCLES: OneEuroSettings = OneEuroSettings { minimum_cutoff: 1.5, beta: 3.0 };
+/// Contractions, from 0 to 1 (`docs/benchmarks/muscles.md` has jitter and lag).
+const MUSCLES: OneEuroSettings = OneEuroSettings { minimum_cutoff: 3.0, beta: 4.0 };
 /// Contractions of the lids.
 const LID_MUSCLES: OneEuroSettings = OneEuroSettings { minimum_cutoff: 4.0, beta: 6.0 };
 /// Rotation in degrees and translation in millimetres, which are of like size.
