@@ -40,7 +40,9 @@ struct Arguments {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Arguments::parse();
-    if let Some(scan) = &options.scan { return rendered(&options.takes, scan); }
+    if let Some(scan) = &options.scan {
+        return rendered(&options.takes, scan);
+    }
     let mut basis = MuscleBasis::arkit().clone();
     basis.turns_jaw = !options.straight;
     let fit = CameraFit {
@@ -109,12 +111,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn rendered(folder: &std::path::Path, scan: &std::path::Path) -> Result<(), Box<dyn Error>> {
     use understudy::{lift::Smoothing, pipeline::LiftMode};
     let entries = takes::index(folder)?;
-    let names = entries.iter().find(|e| e.kind == "basis").and_then(|e| e.shapes.clone()).ok_or("no basis")?;
+    let names =
+        entries.iter().find(|e| e.kind == "basis").and_then(|e| e.shapes.clone()).ok_or("no basis")?;
     for seed in [1.0, 2.0] {
         let generic = MuscleBasis::arkit();
         let own = if seed == 0.0 { generic.clone() } else { rendered::personalised(generic, seed) };
         let mut actor = rendered::Actor::new(scan, &own)?;
-        let take = takes::Take::read(folder, entries.iter().find(|e| e.name == "exact_1_noise0").ok_or("no take")?)?;
+        let take =
+            takes::Take::read(folder, entries.iter().find(|e| e.name == "exact_1_noise0").ok_or("no take")?)?;
         let reorder = |row: &Vec<f64>| -> Vec<f64> {
             own.names().map(|name| names.iter().position(|n| n == name).map_or(0.0, |k| row[k])).collect()
         };
@@ -127,7 +131,10 @@ fn rendered(folder: &std::path::Path, scan: &std::path::Path) -> Result<(), Box<
                 for (kind, smoothing) in [("raw", Smoothing::Off)] {
                     let motion = actor.solve(&film, lift.clone(), smoothing)?;
                     let e = rendered::compare(&film, &motion);
-                    println!("seed {seed} {what} {mode} {kind}: still {:.2} error {:.2} turn {:.2} step {:.3}", e.still, e.error, e.turn, e.jitter);
+                    println!(
+                        "seed {seed} {what} {mode} {kind}: still {:.2} error {:.2} turn {:.2} step {:.3}",
+                        e.still, e.error, e.turn, e.jitter
+                    );
                 }
             }
         }

@@ -75,7 +75,8 @@ impl Actor {
     pub fn film(&mut self, script: &Script) -> Result<Film, Box<dyn Error>> {
         let Self { gpu, networks, target, face, motor, .. } = self;
         let level = face.level;
-        let mut stage = Stage::new(gpu, target, &level, SIZE, Look::default(), HeadMode::Follow, Edges::Samples4)?;
+        let mut stage =
+            Stage::new(gpu, target, &level, SIZE, Look::default(), HeadMode::Follow, Edges::Samples4)?;
         let Projection::Perspective { vertical_fov } = stage.camera().projection else {
             return Err("no perspective".into());
         };
@@ -83,14 +84,24 @@ impl Actor {
         let (centre, eyes) = target.centre_and_eyes();
         let pivot = centre.coords - level.inverse() * Vector3::z() * (0.9 * eyes);
         let mesh = &target.anatomy.mesh;
-        let skin = SidedSkin::new(&mesh.positions, &mesh.triangles[target.anatomy.parts[0].triangles.clone()], &target.anatomy.lower_side)
-            .ok_or("no skin")?;
+        let skin = SidedSkin::new(
+            &mesh.positions,
+            &mesh.triangles[target.anatomy.parts[0].triangles.clone()],
+            &target.anatomy.lower_side,
+        )
+        .ok_or("no skin")?;
         let places: Vec<_> = (0..SKIN_LANDMARK_COUNT)
             .map(|i| skin.nearest(Lip::of(i), target.landmarks[i].unwrap_or_else(Point3::origin)))
             .collect();
         let neutral = places.iter().map(|p| p.map_or_else(Point3::origin, |p| p.position)).collect();
         let mut frame = motor.puppet().new_frame();
-        let info = ClipInfo { name: "rendering".into(), width: 640, height: 480, rate: RATE, announced_frames: None };
+        let info = ClipInfo {
+            name: "rendering".into(),
+            width: 640,
+            height: 480,
+            rate: RATE,
+            announced_frames: None,
+        };
         let (mut frames, mut truth) = (Vec::new(), Vec::new());
         networks.tracker.reset();
         for (index, (contractions, turn)) in (0..).zip(script.contractions.iter().zip(&script.turns)) {
@@ -113,7 +124,12 @@ impl Actor {
         Ok(Film { performance, focal, truth, turns: script.turns.clone(), neutral })
     }
 
-    pub fn solve(&mut self, film: &Film, lift: LiftMode, smoothing: Smoothing) -> Result<Motion, Box<dyn Error>> {
+    pub fn solve(
+        &mut self,
+        film: &Film,
+        lift: LiftMode,
+        smoothing: Smoothing,
+    ) -> Result<Motion, Box<dyn Error>> {
         let field_of_view = 2.0 * (f64::from(SIZE[0]) / 2.0 / film.focal).atan().to_degrees();
         let neutral = Some((0.0, (STILL - 2) as f64 / 30.0));
         let options = SolveOptions { lift, smoothing, field_of_view, neutral, accept_neutral: true };
@@ -146,7 +162,8 @@ pub fn compare(film: &Film, motion: &Motion) -> Errors {
     let rest = motion.performer.rest().rotation.inverse();
     let [mut still, mut error, mut turned, mut jitter] = [Rms::default(); 4];
     for (t, frame) in motion.frames.iter().enumerate().skip(STILL) {
-        let vectors: Vec<_> = frame.expression.displacements.vectors.iter().map(|v| turn * v * scale).collect();
+        let vectors: Vec<_> =
+            frame.expression.displacements.vectors.iter().map(|v| turn * v * scale).collect();
         for i in (0..SKIN_LANDMARK_COUNT).filter(|&i| is_scored(i)) {
             still.add(film.truth[t][i].norm_squared());
             error.add((vectors[i] - film.truth[t][i]).norm_squared());
@@ -165,15 +182,18 @@ pub fn personalised(basis: &MuscleBasis, seed: f64) -> MuscleBasis {
     let mut own = basis.clone();
     for (k, element) in own.elements.iter_mut().enumerate() {
         // A few waves of some 8 cm, fixed by the seed.
-        let phase = |n: f64| ((seed * 12.9898 + k as f64 * 78.233 + n * 37.719).sin() * 43_758.547).fract() * std::f64::consts::TAU;
+        let phase = |n: f64| {
+            ((seed * 12.9898 + k as f64 * 78.233 + n * 37.719).sin() * 43_758.547).fract()
+                * std::f64::consts::TAU
+        };
         let all = 1.0 + 0.25 * phase(0.0).sin();
         for (vector, place) in element.vectors.iter_mut().zip(&basis.face) {
             let wave = |n: f64, axis: Vector3<f64>| (axis.dot(&place.coords) / 13.0 + phase(n)).sin();
             let gain = all * (1.0 + 0.2 * wave(1.0, Vector3::x()) + 0.2 * wave(2.0, Vector3::y()));
-            let bend = Vector3::new(wave(3.0, Vector3::y()), wave(4.0, Vector3::x()), wave(5.0, Vector3::y())) * 0.3;
+            let bend =
+                Vector3::new(wave(3.0, Vector3::y()), wave(4.0, Vector3::x()), wave(5.0, Vector3::y())) * 0.3;
             *vector = Rotation3::new(bend) * *vector * gain;
         }
     }
     own
 }
-

@@ -1,0 +1,154 @@
+//! Which curve moves which muscle of a basis, the lids and the gaze: both ways, so that a take can be written, edited and
+//! played again.
+//!
+//! Lids are measured better than a fit of skin tells them, and the gaze is no muscle of the skin at all. The curves of a
+//! blink and of a widened eye therefore hold the lids themselves, those of ARKit's `eyeLook…` the turn of the eyes.
+
+use super::{ARKIT_SHAPES, Channel, MuscleBasis, MuscleError};
+use crate::lift::{EyeState, Eyes, Side, WIDEST_CLOSURE};
+
+/// How far an eye is closed where it is fully widened, as on the face of ARKit's basis.
+const FULL_WIDE: f64 = -0.35;
+/// The turn of an eye at an `eyeLook…` of 1, radians.
+const FULL_LOOK: f64 = 30.0 * std::f64::consts::PI / 180.0;
+/// A surface cannot show it.
+const TONGUE: &str = "tongueOut";
+/// What eyes look at, as they turn: down, in, out, up; the right eye's, the left eye's.
+const LOOKS: [[&str; 4]; 2] = [
+    ["eyeLookDownRight", "eyeLookInRight", "eyeLookOutRight", "eyeLookUpRight"],
+    ["eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft"],
+];
+
+/// The places of a basis' muscles, of lids and gaze among the curves of a take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveMap {
+    curves: usize,
+    /// One for each element of the basis.
+    places: Vec<Option<usize>>,
+    /// Right and left eye.
+    eyes: [EyePlaces; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct EyePlaces {
+    blink: Option<usize>,
+    wide: Option<usize>,
+    look: Option<[usize; 4]>,
+}
+
+impl CurveMap {
+    /// The names and channels of the curves that a take lifted by `basis` has: its muscles; of muscles that all have
+    /// ARKit's names, the 52 in their order.
+    pub fn columns(basis: &MuscleBasis) -> (Vec<String>, Vec<Channel>) {
+        let lids: Vec<usize> = Side::BOTH.into_iter().flat_map(|side| basis.lids(side)).flatten().collect();
+        let channel =
+            |k: usize| if lids.contains(&k) { Channel::Measured } else { basis.elements[k].channel };
+        if !Self::is_arkit(basis) {
+            return (
+                basis.names().map(String::from).collect(),
+                (0..basis.elements.len()).map(channel).collect(),
+            );
+        }
+        let of_shape = |shape: &&str| match basis.index(shape) {
+            Some(k) => channel(k),
+            None if LOOKS.as_flattened().contains(shape) => Channel::Measured,
+            None => Channel::Absent,
+        };
+        (ARKIT_SHAPES.map(String::from).to_vec(), ARKIT_SHAPES.iter().map(of_shape).collect())
+    }
+
+    /// Whether all its muscles are ARKit's.
+    pub fn is_arkit(basis: &MuscleBasis) -> bool {
+        basis.names().all(|name| ARKIT_SHAPES.contains(&name))
+    }
+
+    /// The built-in basis that knows most of these muscles.
+    pub fn built_in_basis(muscles: &[String]) -> &'static MuscleBasis {
+        let known = |basis: &MuscleBasis| muscles.iter().filter(|name| basis.index(name).is_some()).count();
+        let (arkit, sixteen) = (MuscleBasis::arkit(), MuscleBasis::sixteen());
+        if known(sixteen) > known(arkit) { sixteen } else { arkit }
+    }
+
+    /// For curves of these names and channels, one a muscle. Refuses curves of muscles that neither the basis nor the
+    /// eyes have, unless nothing tells of them.
+    pub fn new(muscles: &[String], channels: &[Channel], basis: &MuscleBasis) -> Result<Self, MuscleError> {
+        let foreign: Vec<&str> = muscles
+            .iter()
+            .zip(channels)
+            .filter(|(name, channel)| {
+                let is_known = basis.index(name).is_some()
+                    || LOOKS.as_flattened().contains(&name.as_str())
+                    || *name == TONGUE;
+                !is_known && **channel != Channel::Absent
+            })
+            .map(|(name, _)| name.as_str())
+            .collect();
+        if !foreign.is_empty() {
+            return Err(MuscleError::Foreign { basis: basis.name.clone(), muscles: foreign.join(", ") });
+        }
+        let place = |name: &str| {
+            let place = muscles.iter().position(|muscle| muscle == name)?;
+            (channels[place] != Channel::Absent).then_some(place)
+        };
+        let places: Vec<Option<usize>> = basis.names().map(place).collect();
+        let eyes = [0, 1].map(|eye| {
+            let [blink, wide] = basis.lids(Side::BOTH[eye]).map(|element| element.and_then(|k| places[k]));
+            let [down, inwards, outwards, up] = LOOKS[eye].map(place);
+            let look = || Some([down?, inwards?, outwards?, up?]);
+            EyePlaces { blink, wide, look: look() }
+        });
+        Ok(Self { curves: muscles.len(), places, eyes })
+    }
+
+    /// A frame's curves: of `contractions` one for each element of the basis, none where nothing was solved.
+    pub fn row(&self, contractions: &[f64], eyes: &Eyes) -> Vec<f64> {
+        let mut row = vec![0.0; self.curves];
+        for (place, contraction) in self.places.iter().zip(contractions) {
+            if let Some(place) = place {
+                row[*place] = *contraction;
+            }
+        }
+        for (places, (side, inwards)) in self.eyes.iter().zip(Side::BOTH.into_iter().zip([1.0, -1.0])) {
+            let eye = eyes.of(side);
+            if let Some(blink) = places.blink {
+                row[blink] = eye.closure.max(0.0);
+            }
+            if let Some(wide) = places.wide {
+                row[wide] = (eye.closure / FULL_WIDE).max(0.0);
+            }
+            if let Some(look) = places.look {
+                let [across, up] = [eye.yaw * inwards, eye.pitch].map(|angle| angle / FULL_LOOK);
+                for (place, value) in look.into_iter().zip([-up, across, -across, up]) {
+                    row[place] = value.max(0.0);
+                }
+            }
+        }
+        row
+    }
+
+    /// What a frame's curves contract, one for each element of the basis.
+    pub fn contractions(&self, row: &[f64]) -> Vec<f64> {
+        self.places.iter().map(|place| place.map_or(0.0, |place| row[place])).collect()
+    }
+
+    /// What a frame's curves tell of the eyes; `otherwise` is where they do not.
+    pub fn eyes(&self, row: &[f64], otherwise: &Eyes) -> Eyes {
+        let eye = |eye: usize, inwards: f64| {
+            let (places, otherwise) = (self.eyes[eye], otherwise.of(Side::BOTH[eye]));
+            let closure = match (places.blink, places.wide) {
+                (None, None) => otherwise.closure,
+                (Some(blink), None) if row[blink] == 0.0 => otherwise.closure.min(0.0),
+                (blink, wide) => {
+                    let at = |place: Option<usize>| place.map_or(0.0, |place| row[place]);
+                    at(blink) + at(wide) * FULL_WIDE
+                }
+            };
+            let [yaw, pitch] = places.look.map_or([otherwise.yaw, otherwise.pitch], |look| {
+                let [down, across, back, up] = look.map(|place| row[place] * FULL_LOOK);
+                [(across - back) * inwards, up - down]
+            });
+            EyeState { closure: closure.clamp(WIDEST_CLOSURE, 1.0), yaw, pitch }
+        };
+        Eyes { right: eye(0, 1.0), left: eye(1, -1.0) }
+    }
+}
