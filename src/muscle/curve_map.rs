@@ -152,3 +152,91 @@ impl CurveMap {
         Eyes { right: eye(0, 1.0), left: eye(1, -1.0) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::muscle::MuscleLift;
+
+    fn eyes(right: [f64; 3], left: [f64; 3]) -> Eyes {
+        let eye = |[closure, yaw, pitch]: [f64; 3]| EyeState { closure, yaw, pitch };
+        Eyes { right: eye(right), left: eye(left) }
+    }
+
+    fn map_of(basis: &MuscleBasis) -> (Vec<String>, CurveMap) {
+        let (muscles, channels) = CurveMap::columns(basis);
+        let map = CurveMap::new(&muscles, &channels, basis).unwrap();
+        (muscles, map)
+    }
+
+    #[test]
+    fn arkits_curves_come_in_its_order_and_tell_all_of_the_eyes() {
+        let basis = MuscleLift::lifting(MuscleBasis::arkit());
+        let (muscles, channels) = CurveMap::columns(&basis);
+        assert_eq!(muscles, ARKIT_SHAPES);
+        let (muscles, map) =
+            (muscles, CurveMap::new(&ARKIT_SHAPES.map(String::from), &channels, &basis).unwrap());
+        let at = |name: &str| muscles.iter().position(|muscle| muscle == name).unwrap();
+        assert_eq!(channels[at("tongueOut")], Channel::Absent);
+        assert!(
+            ["eyeLookInLeft", "eyeBlinkRight"].iter().all(|name| channels[at(name)] == Channel::Measured)
+        );
+
+        let contractions: Vec<f64> = (0..basis.elements.len()).map(|k| 0.01 * k as f64).collect();
+        // The right eye shut and turned to the subject's left, which is inwards; the left wide, outwards and up.
+        let shown = eyes([0.8, FULL_LOOK / 2.0, 0.0], [-0.175, FULL_LOOK, FULL_LOOK / 4.0]);
+        let row = map.row(&contractions, &shown);
+        let close = |name: &str, wanted: f64| {
+            assert!((row[at(name)] - wanted).abs() < 1e-12, "{name}: {} is not {wanted}", row[at(name)]);
+        };
+        close("jawOpen", contractions[basis.index("jawOpen").unwrap()]);
+        for (name, wanted) in [
+            ("eyeBlinkRight", 0.8),
+            ("eyeWideRight", 0.0),
+            ("eyeBlinkLeft", 0.0),
+            ("eyeWideLeft", 0.5),
+            ("eyeLookInRight", 0.5),
+            ("eyeLookOutRight", 0.0),
+            ("eyeLookOutLeft", 1.0),
+            ("eyeLookInLeft", 0.0),
+            ("eyeLookUpLeft", 0.25),
+            ("eyeLookDownLeft", 0.0),
+            ("tongueOut", 0.0),
+        ] {
+            close(name, wanted);
+        }
+        let back = map.eyes(&row, &Eyes::default());
+        for side in Side::BOTH {
+            let (was, is) = (shown.of(side), back.of(side));
+            let far =
+                (was.closure - is.closure).abs() + (was.yaw - is.yaw).abs() + (was.pitch - is.pitch).abs();
+            assert!(far < 1e-12, "{was:?} {is:?}");
+        }
+        assert_eq!(map.contractions(&row)[basis.index("jawOpen").unwrap()], row[at("jawOpen")]);
+    }
+
+    #[test]
+    fn what_the_sixteen_do_not_tell_of_eyes_stays() {
+        let (muscles, map) = map_of(MuscleBasis::sixteen());
+        assert!(muscles.iter().map(String::as_str).eq(MuscleBasis::sixteen().names()));
+        let shown = eyes([0.6, 0.1, 0.2], [-0.2, 0.1, 0.2]);
+        let row = map.row(&[0.5; 16], &shown);
+        assert_eq!(map.eyes(&row, &shown), shown);
+        let blink = muscles.iter().position(|muscle| muscle == "orbicularis_oculi_right").unwrap();
+        assert!((row[blink] - 0.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn names_tell_the_basis_and_strangers_are_named() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let few = names(&["jaw_rotation", "frontalis_left", "jawOpen"]);
+        assert_eq!(CurveMap::built_in_basis(&few).name, MuscleBasis::sixteen().name);
+        let channels = [Channel::Measured; 3];
+        let said = CurveMap::new(&few, &channels, MuscleBasis::arkit()).unwrap_err().to_string();
+        assert!(said.contains("jaw_rotation, frontalis_left are none of the basis ARKit"), "{said}");
+        let absent = [Channel::Absent, Channel::Absent, Channel::Weak];
+        let map = CurveMap::new(&few, &absent, MuscleBasis::arkit()).unwrap();
+        let shown = eyes([0.3, 0.1, 0.0], [0.2, 0.1, 0.0]);
+        assert_eq!(map.eyes(&[0.0, 0.0, 0.7], &shown), shown);
+    }
+}
