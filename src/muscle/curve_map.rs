@@ -33,7 +33,8 @@ pub struct CurveMap {
 struct EyePlaces {
     blink: Option<usize>,
     wide: Option<usize>,
-    look: Option<[usize; 4]>,
+    /// As in `LOOKS`.
+    look: [Option<usize>; 4],
 }
 
 impl CurveMap {
@@ -93,9 +94,7 @@ impl CurveMap {
         let places: Vec<Option<usize>> = basis.names().map(place).collect();
         let eyes = [0, 1].map(|eye| {
             let [blink, wide] = basis.lids(Side::BOTH[eye]).map(|element| element.and_then(|k| places[k]));
-            let [down, inwards, outwards, up] = LOOKS[eye].map(place);
-            let look = || Some([down?, inwards?, outwards?, up?]);
-            EyePlaces { blink, wide, look: look() }
+            EyePlaces { blink, wide, look: LOOKS[eye].map(place) }
         });
         Ok(Self { curves: muscles.len(), places, eyes })
     }
@@ -116,9 +115,9 @@ impl CurveMap {
             if let Some(wide) = places.wide {
                 row[wide] = (eye.closure / FULL_WIDE).max(0.0);
             }
-            if let Some(look) = places.look {
-                let [across, up] = [eye.yaw * inwards, eye.pitch].map(|angle| angle / FULL_LOOK);
-                for (place, value) in look.into_iter().zip([-up, across, -across, up]) {
+            let [across, up] = [eye.yaw * inwards, eye.pitch].map(|angle| angle / FULL_LOOK);
+            for (place, value) in places.look.into_iter().zip([-up, across, -across, up]) {
+                if let Some(place) = place {
                     row[place] = value.max(0.0);
                 }
             }
@@ -135,18 +134,18 @@ impl CurveMap {
     pub fn eyes(&self, row: &[f64], otherwise: &Eyes) -> Eyes {
         let eye = |eye: usize, inwards: f64| {
             let (places, otherwise) = (self.eyes[eye], otherwise.of(Side::BOTH[eye]));
+            let at = |place: Option<usize>| place.map_or(0.0, |place| row[place]);
             let closure = match (places.blink, places.wide) {
                 (None, None) => otherwise.closure,
                 (Some(blink), None) if row[blink] == 0.0 => otherwise.closure.min(0.0),
-                (blink, wide) => {
-                    let at = |place: Option<usize>| place.map_or(0.0, |place| row[place]);
-                    at(blink) + at(wide) * FULL_WIDE
-                }
+                (blink, wide) => at(blink) + at(wide) * FULL_WIDE,
             };
-            let [yaw, pitch] = places.look.map_or([otherwise.yaw, otherwise.pitch], |look| {
-                let [down, across, back, up] = look.map(|place| row[place] * FULL_LOOK);
+            let [yaw, pitch] = if places.look.iter().all(Option::is_none) {
+                [otherwise.yaw, otherwise.pitch]
+            } else {
+                let [down, across, back, up] = places.look.map(|place| at(place) * FULL_LOOK);
                 [(across - back) * inwards, up - down]
-            });
+            };
             EyeState { closure: closure.clamp(WIDEST_CLOSURE, 1.0), yaw, pitch }
         };
         Eyes { right: eye(0, 1.0), left: eye(1, -1.0) }

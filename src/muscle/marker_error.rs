@@ -19,7 +19,7 @@ impl MarkerError {
     pub fn new(performer: &Performer) -> Self {
         let neutral = performer.neutral();
         let lids = [index::RIGHT_LID_LOWER, index::LEFT_LID_LOWER].map(|landmark| neutral[landmark].y);
-        let border = (lids[0] + lids[1]) / 2.0;
+        let border = f64::midpoint(lids[0], lids[1]);
         let facts = landmark_table().iter().zip(neutral);
         let lower = facts.map(|(facts, place)| {
             let counts = !matches!(facts.region, Region::Oval | Region::Iris);
