@@ -1,6 +1,10 @@
 //! The landmark network's part of the error: a scan acts known expressions, is drawn, and is tracked.
 
-use std::{error::Error, path::Path};
+use std::{
+    error::Error,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use understudy::{
@@ -19,7 +23,10 @@ use understudy::{
     view::{Gpu, Look, Projection, Smoothing as Edges},
 };
 
-use super::camera::{Rms, is_scored};
+use super::{
+    camera::{Rms, is_scored},
+    takes::{Entry, Take},
+};
 
 const SIZE: [u32; 2] = [640, 480];
 const RATE: FrameRate = FrameRate { numerator: 30, denominator: 1 };
@@ -27,13 +34,13 @@ const RATE: FrameRate = FrameRate { numerator: 30, denominator: 1 };
 const STILL: usize = 30;
 
 /// What a scan acts: contractions and how the head is turned, in the level frame.
-pub struct Script {
-    pub contractions: Vec<Vec<f64>>,
-    pub turns: Vec<Rotation3<f64>>,
+struct Script {
+    contractions: Vec<Vec<f64>>,
+    turns: Vec<Rotation3<f64>>,
 }
 
 /// A scan that acts before the camera.
-pub struct Actor {
+struct Actor {
     gpu: Gpu,
     networks: Networks,
     target: Target,
@@ -43,7 +50,7 @@ pub struct Actor {
 }
 
 /// What was acted, and what the network saw.
-pub struct Film {
+struct Film {
     performance: Performance,
     focal: f64,
     /// For each frame the landmarks' displacements, the scan's own frame, millimetres.
@@ -52,15 +59,11 @@ pub struct Film {
     neutral: Vec<Point3<f64>>,
 }
 
-pub struct Errors {
-    pub still: f64,
-    pub error: f64,
-    pub turn: f64,
-    pub jitter: f64,
-}
+/// Root mean squares: true motion, error, turn of the head against the truth, the same after `true_turn`.
+struct Errors([f64; 4]);
 
 impl Actor {
-    pub fn new(scan: &Path, basis: &MuscleBasis) -> Result<Self, Box<dyn Error>> {
+    fn new(scan: &Path, basis: &MuscleBasis) -> Result<Self, Box<dyn Error>> {
         let assets = Assets::locate()?;
         let gpu = Gpu::headless()?;
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
@@ -72,7 +75,7 @@ impl Actor {
         Ok(Self { gpu, networks, target, face, motor, average })
     }
 
-    pub fn film(&mut self, script: &Script) -> Result<Film, Box<dyn Error>> {
+    fn film(&mut self, script: &Script) -> Result<Film, Box<dyn Error>> {
         let Self { gpu, networks, target, face, motor, .. } = self;
         let level = face.level;
         let mut stage =
@@ -124,12 +127,7 @@ impl Actor {
         Ok(Film { performance, focal, truth, turns: script.turns.clone(), neutral })
     }
 
-    pub fn solve(
-        &mut self,
-        film: &Film,
-        lift: LiftMode,
-        smoothing: Smoothing,
-    ) -> Result<Motion, Box<dyn Error>> {
+    fn solve(&mut self, film: &Film, lift: LiftMode, smoothing: Smoothing) -> Result<Motion, Box<dyn Error>> {
         let field_of_view = 2.0 * (f64::from(SIZE[0]) / 2.0 / film.focal).atan().to_degrees();
         let neutral = Some((0.0, (STILL - 2) as f64 / 30.0));
         let options = SolveOptions { lift, smoothing, field_of_view, neutral, accept_neutral: true };
@@ -138,7 +136,7 @@ impl Actor {
 }
 
 /// Neutral frames first, then the acting.
-pub fn script(contractions: Vec<Vec<f64>>, turns: Vec<Rotation3<f64>>) -> Script {
+fn script(contractions: Vec<Vec<f64>>, turns: Vec<Rotation3<f64>>) -> Script {
     let rest = vec![0.0; contractions[0].len()];
     let contractions = std::iter::repeat_n(rest, STILL).chain(contractions).collect();
     let turns = std::iter::repeat_n(Rotation3::identity(), STILL).chain(turns).collect();
@@ -146,11 +144,11 @@ pub fn script(contractions: Vec<Vec<f64>>, turns: Vec<Rotation3<f64>>) -> Script
 }
 
 /// The head's turns of a take, in the level frame.
-pub fn turns(poses: &[(Rotation3<f64>, Vector3<f64>)]) -> Vec<Rotation3<f64>> {
+fn turns(poses: &[(Rotation3<f64>, Vector3<f64>)]) -> Vec<Rotation3<f64>> {
     poses.iter().map(|(rotation, _)| upright() * rotation).collect()
 }
 
-pub fn compare(film: &Film, motion: &Motion) -> Errors {
+fn compare(film: &Film, motion: &Motion) -> Errors {
     let neutral = motion.performer.neutral();
     let (from, to): (Vec<_>, Vec<_>) = (0..SKIN_LANDMARK_COUNT)
         .filter(|&i| is_still(i))
@@ -160,25 +158,23 @@ pub fn compare(film: &Film, motion: &Motion) -> Errors {
     let eyes = |points: &[Point3<f64>]| (points[33] - points[263]).norm();
     let scale = eyes(&film.neutral) / eyes(neutral);
     let rest = motion.performer.rest().rotation.inverse();
-    let [mut still, mut error, mut turned, mut jitter] = [Rms::default(); 4];
+    let mut sums = [Rms::default(); 4];
     for (t, frame) in motion.frames.iter().enumerate().skip(STILL) {
-        let vectors: Vec<_> =
-            frame.expression.displacements.vectors.iter().map(|v| turn * v * scale).collect();
         for i in (0..SKIN_LANDMARK_COUNT).filter(|&i| is_scored(i)) {
-            still.add(film.truth[t][i].norm_squared());
-            error.add((vectors[i] - film.truth[t][i]).norm_squared());
+            let truth = film.truth[t][i];
+            sums[0].add(truth.norm_squared());
+            sums[1].add((turn * frame.expression.displacements.vectors[i] * scale - truth).norm_squared());
         }
-        let found = true_turn(&(upright() * frame.expression.pose.rotation * rest * upright()));
-        let raw = upright() * frame.expression.pose.rotation * rest * upright();
-        jitter.add(raw.angle_to(&film.turns[t]).to_degrees().powi(2));
-        turned.add(found.angle_to(&film.turns[t]).to_degrees().powi(2));
+        let found = upright() * frame.expression.pose.rotation * rest * upright();
+        sums[2].add(found.angle_to(&film.turns[t]).to_degrees().powi(2));
+        sums[3].add(true_turn(&found).angle_to(&film.turns[t]).to_degrees().powi(2));
     }
-    Errors { still: still.get(), error: error.get(), turn: turned.get(), jitter: jitter.get() }
+    Errors(sums.map(Rms::get))
 }
 
 /// A basis that is not the one the face is solved with: every shape stretched and bent differently in different places, as
 /// every person's is.
-pub fn personalised(basis: &MuscleBasis, seed: f64) -> MuscleBasis {
+fn personalised(basis: &MuscleBasis, seed: f64) -> MuscleBasis {
     let mut own = basis.clone();
     for (k, element) in own.elements.iter_mut().enumerate() {
         // A few waves of some 8 cm, fixed by the seed.
@@ -196,4 +192,46 @@ pub fn personalised(basis: &MuscleBasis, seed: f64) -> MuscleBasis {
         }
     }
     own
+}
+
+/// For each scan the lifts side by side, with the scan's own shapes changed as every person's are (three performers).
+pub fn section(folder: &Path, entries: &[Entry], scans: &[PathBuf]) -> Result<String, Box<dyn Error>> {
+    let names =
+        entries.iter().find(|e| e.kind == "basis").and_then(|e| e.shapes.clone()).ok_or("no basis")?;
+    let take = entries.iter().find(|e| e.name == "exact_1_noise0").ok_or("no take")?;
+    let take = Take::read(folder, take)?;
+    let turns = turns(&take.poses());
+    let generic = MuscleBasis::arkit();
+    let reordered = |row: &Vec<f64>| -> Vec<f64> {
+        let place = |name: &str| names.iter().position(|n| n == name).map_or(0.0, |k| row[k]);
+        generic.names().map(place).collect()
+    };
+    let acting: Vec<Vec<f64>> = take.weights().iter().map(reordered).collect();
+    let still = vec![vec![0.0; generic.elements.len()]; turns.len()];
+    let mut text = String::from(
+        "| scan | performance | lift | true motion, mm | error, mm | turn, ° | turn, corrected, ° |\n|---|---|---|---:|---:|---:|---:|\n",
+    );
+    for scan in scans {
+        for (what, contractions, seeds) in [("acting", &acting, 1..4), ("neutral, turning", &still, 1..2)] {
+            let mut sums = [[0.0; 4]; 2];
+            let performers = seeds.len() as f64;
+            for seed in seeds {
+                let mut actor = Actor::new(scan, &personalised(generic, f64::from(seed)))?;
+                let film = actor.film(&script(contractions.clone(), turns.clone()))?;
+                for (sum, lift) in sums.iter_mut().zip([LiftMode::Plane, LiftMode::default()]) {
+                    let Errors(errors) = compare(&film, &actor.solve(&film, lift, Smoothing::Off)?);
+                    sum.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error * error / performers);
+                }
+            }
+            let stem = scan.file_stem().unwrap_or_default().to_string_lossy();
+            for (lift, sum) in ["plane", "muscles"].iter().zip(sums) {
+                let [motion, error, turn, corrected] = sum.map(f64::sqrt);
+                let _ = writeln!(
+                    text,
+                    "| {stem} | {what} | {lift} | {motion:.2} | {error:.2} | {turn:.2} | {corrected:.2} |"
+                );
+            }
+        }
+    }
+    Ok(text)
 }

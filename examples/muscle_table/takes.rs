@@ -10,15 +10,10 @@ pub struct Entry {
     pub file: String,
     pub name: String,
     pub kind: String,
-    pub seed: Option<u64>,
     pub focal: Option<f64>,
     pub size: Option<[i32; 2]>,
     #[serde(default)]
-    pub cuts: Option<Vec<usize>>,
-    #[serde(default)]
     pub shapes: Option<Vec<String>>,
-    #[serde(default)]
-    pub rate: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -67,10 +62,6 @@ impl Take {
 
     pub fn neutral(&self) -> Vec<Point3<f64>> {
         Self::vectors(self.array("neutral").1).into_iter().map(Point3::from).collect()
-    }
-
-    pub fn frames(&self) -> usize {
-        self.array("truth").0
     }
 
     /// T × 468.

@@ -1,6 +1,9 @@
 //! The part of the command line that names a basis of muscles.
 
-use std::{error::Error, path::PathBuf};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 use understudy::{
@@ -27,17 +30,26 @@ impl BasisArgs {
         gpu: &Gpu,
         tracker: &mut Tracker,
     ) -> Result<MuscleBasis, Box<dyn Error>> {
-        let Some(path) = &self.basis else { return Ok(default.clone()) };
+        if let Some(basis) = self.stated(default)? {
+            return Ok(basis);
+        }
+        let path = self.basis.as_deref().unwrap_or(Path::new(""));
+        Ok(read_sculpts(path, &TargetOptions::default(), gpu, tracker)?)
+    }
+
+    /// The same where that needs no networks; `None` for sculpts.
+    pub fn stated(&self, default: &'static MuscleBasis) -> Result<Option<MuscleBasis>, Box<dyn Error>> {
+        let Some(path) = &self.basis else { return Ok(Some(default.clone())) };
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         Ok(match (path.to_str(), extension.as_deref()) {
-            (Some("arkit"), _) => MuscleBasis::arkit().clone(),
-            (Some("sixteen"), _) => MuscleBasis::sixteen().clone(),
+            (Some("arkit"), _) => Some(MuscleBasis::arkit().clone()),
+            (Some("sixteen"), _) => Some(MuscleBasis::sixteen().clone()),
             (_, Some("json")) => {
                 let basis = MuscleBasis::read(path)?;
                 basis.check()?;
-                basis
+                Some(basis)
             }
-            _ => read_sculpts(path, &TargetOptions::default(), gpu, tracker)?,
+            _ => None,
         })
     }
 }

@@ -1,6 +1,10 @@
 //! The part of the command line that every command on a clip shares, and the work it leads to.
 
-use std::{error::Error, path::PathBuf, sync::Arc};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use clap::{Args, ValueEnum};
 use understudy::{
@@ -82,6 +86,23 @@ pub struct Take {
 }
 
 impl ClipArgs {
+    /// A clip with every choice left as it is.
+    pub fn plain(clip: &Path, fps: FrameRate) -> Self {
+        Self {
+            clip: clip.into(),
+            fps,
+            fov: Camera::DEFAULT_FIELD_OF_VIEW,
+            neutral: None,
+            accept_neutral: false,
+            performer: None,
+            lift: LiftArg::Muscles,
+            basis: BasisArgs { basis: None },
+            smoothing: SmoothingArg::ZeroPhase,
+            threads: 2,
+            timings: false,
+        }
+    }
+
     /// Opens the clip from its start.
     pub fn open(&self) -> Result<Box<dyn FrameSource>, CaptureError> {
         capture::open(&self.clip, self.fps)

@@ -26,6 +26,7 @@ mod plot;
 mod prepare;
 mod preprocess;
 mod progress;
+mod refine;
 mod render;
 mod target;
 mod track;
@@ -53,6 +54,7 @@ Examples:
   understudy author --neutral rest.obj --expressive smile.obj --au 12 -o library.json
   understudy plot take.muscles.csv -o curves.svg
   understudy muscles --target scan.obj -o muscles.png
+  understudy refine takes/*.csv --basis sixteen -o mine.json
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -83,6 +85,7 @@ enum Command {
     Author(author::Author),
     Plot(plot::Plot),
     Muscles(Box<muscles::Muscles>),
+    Refine(refine::Refine),
     Assets(assets::AssetsCommand),
 }
 
@@ -115,6 +118,7 @@ pub fn run() -> ExitCode {
         Command::Author(command) => command.run(cli.quiet),
         Command::Plot(command) => command.run(cli.quiet),
         Command::Muscles(command) => command.run(cli.quiet),
+        Command::Refine(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

@@ -4,7 +4,7 @@
 //! wide open mouth is then 1.5 mm too far back. Here a point moves on the arc of the rotation that explains its own motion
 //! best, and what the rotation does not explain goes in a straight line.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::{
     anatomy::{CHIN, FaceFrame, Jaw, JawPose},
@@ -50,6 +50,22 @@ impl JawBow {
             let p = self.points[point];
             ((part * p - p) - (whole * p - p) * contraction) * share
         }
+    }
+
+    /// A and b of A·p + b, which a point p that follows the jaw whole gets from [`JawBow::at`].
+    pub(super) fn affine(&self, contraction: f64) -> (Matrix3<f64>, Vector3<f64>) {
+        let (part, whole) = (self.motion(contraction), self.motion(1.0));
+        let turn =
+            |motion: &Isometry3<f64>| *motion.rotation.to_rotation_matrix().matrix() - Matrix3::identity();
+        (
+            turn(&part) - turn(&whole) * contraction,
+            part.translation.vector - whole.translation.vector * contraction,
+        )
+    }
+
+    /// How much of the jaw's turn a point follows, and the point.
+    pub(super) fn follower(&self, point: usize) -> (f64, Point3<f64>) {
+        (self.shares[point], self.points[point])
     }
 
     fn motion(&self, contraction: f64) -> Isometry3<f64> {

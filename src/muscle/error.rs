@@ -112,6 +112,14 @@ pub enum MuscleError {
         /// What to do.
         remedy: &'static str,
     },
+    /// Takes from which nothing can be learned.
+    #[error("{reason}. {remedy}")]
+    Training {
+        /// Why.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 impl From<Fault> for MuscleError {

@@ -86,6 +86,11 @@ impl FaceBasis {
         self
     }
 
+    /// The jaw's muscle and its arc.
+    pub(super) fn bow(&self) -> Option<(usize, &JawBow)> {
+        self.bow.as_ref().map(|(jaw, bow)| (*jaw, bow))
+    }
+
     /// How many muscles.
     pub fn count(&self) -> usize {
         self.muscles.len()

@@ -1,11 +1,13 @@
 //! Muscle actuation: the basis, its synthesis, analysis and refinement (Choe & Ko, file 001).
 
 mod align;
+mod analysis;
 mod basis;
 mod bow;
 mod box_solver;
 mod camera_solver;
 mod channel;
+mod completion;
 mod curve_map;
 mod curves;
 mod curves_csv;
@@ -14,6 +16,7 @@ mod error;
 mod face_basis;
 mod lift;
 mod live_link;
+mod marker_basis;
 mod marker_error;
 mod marker_guess;
 mod marker_map;
@@ -24,11 +27,15 @@ mod moments;
 mod motor;
 mod names;
 mod own_take;
+mod refine;
+mod refit;
 mod sixteen;
 mod take;
 mod timecode;
+mod training;
 
 pub use align::{Alignment, OTHER_FACE_REACH, align, virtual_markers};
+pub use analysis::{Analyser, FrameFit, PartFit};
 pub use basis::{Element, MuscleBasis, Part};
 pub use bow::JawBow;
 pub use box_solver::BoxSolver;
@@ -41,6 +48,7 @@ pub use error::MuscleError;
 pub use face_basis::{FaceBasis, Muscle};
 pub use lift::{Lifted, MuscleLift};
 pub use live_link::{ARKIT_SHAPES, FaceAngles, LIVE_LINK_ANGLES, LiveLinkExtras};
+pub use marker_basis::{MarkerBasis, MarkerSeat};
 pub use marker_guess::place_markers;
 pub use marker_map::{MarkerMap, MarkerPlace};
 pub use marker_motion::{MarkerMotion, still_weights};
@@ -48,5 +56,9 @@ pub use moments::different_moments;
 pub use motor::MuscleMotor;
 pub use names::{find_muscle, other_side};
 pub use own_take::own_take;
+pub use refine::{
+    EXERCISED, IDLE_FRAMES, IDLE_REACH, RefineOptions, Refinement, Round, Stop, TakeError, refine,
+};
 pub use take::CurveTake;
 pub use timecode::TimecodeBase;
+pub use training::{SeatedTake, Training, join_takes};

@@ -11,6 +11,7 @@
 pub mod acting;
 pub mod curves;
 pub mod gltf_validator;
+pub mod muscle_takes;
 pub mod opened;
 pub mod rays;
 pub mod rims;
