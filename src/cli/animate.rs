@@ -1,27 +1,25 @@
 //! `understudy animate`: a clip of a person in, a moving scan out.
 
-use std::{
-    error::Error,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{error::Error, path::PathBuf, sync::Arc};
 
 use clap::{Args, ValueEnum};
 use understudy::{
     actions::ActionLibrary,
     assets::Assets,
-    export::Draft,
     lift::FaceState,
-    muscle::MuscleMotor,
-    pipeline::{Animation, HeadMode, Motion, Stage, Target, VideoPlan, preview_sheet},
+    muscle::CurveEdits,
+    pipeline::{
+        Animation, HeadMode, Motion, Stage, Target, VideoPlan, muscle_motor, preview_sheet, write_motion,
+    },
     rig::{DriveMode, Rig, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
 };
 
 use super::{
     Outcome,
-    clip::ClipArgs,
-    inputs,
+    animate_outputs::{AvatarFile, Outputs, PerformerFile},
+    clip::{ClipArgs, Take},
+    curve_files::{self, EditArgs},
     method::{MethodArgs, library},
     progress,
     target::{ScanArgs, parse_size, report, report_anatomy},
@@ -33,15 +31,28 @@ Examples:
   understudy animate clip.mp4 --target scan.obj -o avatar.glb -o avatar.pc2 -o motion.csv
   understudy animate clip.mp4 --target scan.ply --compare -o both.mp4 -o preview.png
   understudy animate clip.mp4 --target bust.glb --head still --preset thesis -o avatar.mp4
+  understudy animate clip.mp4 --target scan.obj --drive muscles --edit edits.toml -o avatar.mp4
+  understudy animate clip.mp4 --target scan.obj -o take.muscles.csv -o take.livelink.csv
+  understudy animate clip.mp4 --target a.obj --target b.ply -o avatar.mp4     avatar.a.mp4, avatar.b.mp4
 
 Outputs:
   .mp4  the avatar as a film, with the clip's sound
   .glb  the scan with morph targets and head motion: Blender, Unreal, three.js
   .pc2  every vertex of every frame: Blender's Mesh Cache modifier
   .csv  head pose and landmarks in OpenFace's columns
-  .png  a sheet of the take's most different moments";
+  .png  a sheet of the take's most different moments
+  .muscles.csv   the contraction of every muscle of --basis: `express --play`, `plot`
+  .livelink.csv  ARKit's 52 shapes as Live Link Face records them: any ARKit-ready character
+With several targets the names of what shows them get the target's: avatar.NAME.mp4.
 
-const NO_MUSCLES: &str = "--lift plane finds no contractions. Leave it out, or drive by landmarks or actions";
+Edits, in TOML; mirror comes first, then scale, offset, clamp:
+  mirror = true          # left and right change places
+  [jawOpen]
+  scale = 0.8
+  offset = 0.05
+  clamp = [0.0, 1.0]
+  [cheekPuff]
+  mute = true";
 
 /// Animate a scan with the performance in a clip
 #[derive(Args)]
@@ -49,12 +60,12 @@ const NO_MUSCLES: &str = "--lift plane finds no contractions. Leave it out, or d
 pub struct Animate {
     #[command(flatten)]
     clip: ClipArgs,
-    /// The scan to animate: .obj, .ply, .stl, .glb, .gltf or .bnt
-    #[arg(short, long, value_name = "SCAN")]
-    target: PathBuf,
+    /// The scan to animate: .obj, .ply, .stl, .glb, .gltf or .bnt; may be given several times
+    #[arg(short, long, value_name = "SCAN", required = true)]
+    target: Vec<PathBuf>,
     #[command(flatten)]
     scan: ScanArgs,
-    /// What to write, by extension: .mp4, .glb, .pc2, .csv, .png; may be given several times
+    /// What to write, by extension: .mp4, .glb, .pc2, .csv, .png, .muscles.csv, .livelink.csv; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Whether the avatar's head moves with the performer's
@@ -63,6 +74,8 @@ pub struct Animate {
     /// What of the performer drives the target
     #[arg(long, value_enum, default_value_t = DriveArg::Landmarks)]
     drive: DriveArg,
+    #[command(flatten)]
+    edits: EditArgs,
     /// A library of action units, written by `author`, in place of the built-in one
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
@@ -94,77 +107,118 @@ enum DriveArg {
     Muscles,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Mp4,
-    Glb,
-    Pc2,
-    Csv,
-    Png,
-}
-
-impl Kind {
-    fn of(path: &Path) -> Result<Self, String> {
-        let extension =
-            path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        match extension.as_str() {
-            "mp4" => Ok(Self::Mp4),
-            "glb" => Ok(Self::Glb),
-            "pc2" => Ok(Self::Pc2),
-            "csv" => Ok(Self::Csv),
-            "png" => Ok(Self::Png),
-            _ => Err(format!("cannot write {}: name it .mp4, .glb, .pc2, .csv or .png", path.display())),
-        }
-    }
-}
-
 impl Animate {
     pub fn run(&self, quiet: bool) -> Outcome {
-        let outputs = self.outputs()?;
-        if matches!(self.drive, DriveArg::Muscles) && !self.clip.solves_muscles() {
-            return Err(NO_MUSCLES.into());
+        let edits = self.edits.read()?;
+        let by_muscles = matches!(self.drive, DriveArg::Muscles);
+        if edits.is_some() && !by_muscles {
+            return Err("--edit changes contractions, which move nothing here. Add --drive muscles".into());
         }
+        if self.target.len() > 1 && self.scan.landmarks().is_some() {
+            return Err("--landmarks belongs to one scan. Animate one --target at a time with it".into());
+        }
+        let outputs = self.outputs()?;
         let assets = Assets::locate()?;
         // Opened twice on purpose: a clip that cannot be read is refused before the scan is worked on.
         drop(self.clip.open()?);
         let gpu = Gpu::headless()?;
         let mut networks = ClipArgs::networks(&assets)?;
-        let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
-        let method = self.method.method();
+        let lift = self.clip.lift(&mut networks)?;
+        curve_files::check(&lift, by_muscles, &outputs.curve_files(), &self.edits, edits.as_ref())?;
         let library = library(self.from.as_deref())?;
-        if method.warp != WarpKind::Regions {
-            target.prepare(&gpu)?;
-            report_anatomy(&target);
+        let mut targets = Vec::new();
+        for path in &self.target {
+            let mut target = Target::load(path, &self.scan.options(), &gpu, &mut networks.tracker)?;
+            if self.method.method().warp != WarpKind::Regions {
+                target.prepare(&gpu)?;
+                report_anatomy(&target);
+            }
+            if !quiet {
+                report(&target);
+            }
+            targets.push(target);
+        }
+        let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
+        self.write_performer(&outputs, edits.as_ref(), &library, &mut take, quiet)?;
+        for (target, files) in targets.iter_mut().zip(&outputs.avatars) {
+            self.write_avatar(target, files, &gpu, &library, &mut take, quiet)?;
+        }
+        warn_of_gaps(&take.motion);
+        if self.clip.timings {
+            say!("{}", take.watch);
+        }
+        Ok(())
+    }
+
+    /// Writes what does not depend on a target, and lets edited contractions show.
+    fn write_performer(
+        &self,
+        outputs: &Outputs,
+        edits: Option<&CurveEdits>,
+        library: &ActionLibrary,
+        take: &mut Take,
+        quiet: bool,
+    ) -> Outcome {
+        let motion = &mut take.motion;
+        let of_motion = outputs.performer.iter().filter(|(kind, _)| *kind == PerformerFile::Motion);
+        for (_, path) in of_motion {
+            take.watch.time("write csv", || write_motion(path, motion, library, None))?;
+        }
+        let by_muscles = matches!(self.drive, DriveArg::Muscles);
+        if by_muscles || !outputs.curve_files().is_empty() {
+            let curves = if by_muscles { self.edits.follow(edits, motion)? } else { motion.curves()? };
+            for (kind, path) in &outputs.performer {
+                if let PerformerFile::Curves(file) = kind {
+                    take.watch.time("write csv", || file.write(path, motion, &curves))?;
+                }
+            }
         }
         if !quiet {
-            report(&target);
+            for (_, path) in &outputs.performer {
+                say!("wrote {}", path.display());
+            }
         }
-        let mut take = self.clip.solve(&assets, networks, quiet)?;
+        Ok(())
+    }
+
+    /// Writes what shows one target.
+    fn write_avatar(
+        &self,
+        target: &mut Target,
+        files: &[(AvatarFile, PathBuf)],
+        gpu: &Gpu,
+        library: &ActionLibrary,
+        take: &mut Take,
+        quiet: bool,
+    ) -> Outcome {
+        if files.is_empty() {
+            return Ok(());
+        }
         let (face, angles) = take.watch.time("level the target", || {
             target.level_with(take.motion.performer.rest_landmarks(), &mut take.networks.tracker)
         })?;
         tracing::info!("levelled in steps of {angles:.3?} rad");
+        let target = &*target;
         let head = match self.head {
             HeadArg::Follow => HeadMode::Follow,
             HeadArg::Still => HeadMode::Still,
         };
-        let rig = take.watch.time("build the rig", || self.rig(&take.motion, &target, &face, &library))?;
-        let animation = Animation { motion: &take.motion, target: &target, rig: &rig, head };
+        let rig = take.watch.time("build the rig", || self.rig(&take.motion, target, &face, library))?;
+        let animation = Animation { motion: &take.motion, target, rig: &rig, head };
         let ticks = animation.ticks().len() as u64;
-        for (kind, path) in outputs {
+        for (kind, path) in files {
             let watch = &mut take.watch;
             let mut note = String::new();
             let stage = |size, smoothing| {
-                Stage::new(&gpu, &target, &face.level, size, Look::default(), head, smoothing)
+                Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)
             };
             match kind {
-                Kind::Pc2 => {
+                AvatarFile::Pc2 => {
                     let bar = progress::bar("caching", Some(ticks), quiet);
                     animation.write_pc2(path, watch, |done| bar.set_position(done))?;
                     bar.finish_and_clear();
                 }
-                Kind::Csv => animation.write_csv(path, &library, watch)?,
-                Kind::Glb => {
+                AvatarFile::Glb => {
                     let bar = progress::spinner("compressing to morph targets", quiet);
                     let report = animation.write_glb(path, watch)?;
                     bar.finish_and_clear();
@@ -173,11 +227,11 @@ impl Animate {
                         report.morphs, report.rms, report.worst_frame_rms
                     );
                 }
-                Kind::Png => {
+                AvatarFile::Png => {
                     let mut stage = stage([720, 720], Smoothing::Samples4)?;
                     save_png(path, &preview_sheet(&animation, &mut stage, self.clip.open()?)?)?;
                 }
-                Kind::Mp4 => {
+                AvatarFile::Mp4 => {
                     let [width, height] = self.size;
                     let size = if self.compare { [height, height] } else { [width, height] };
                     let plan = VideoPlan {
@@ -195,10 +249,6 @@ impl Animate {
                 say!("wrote {}{note}", path.display());
             }
         }
-        warn_of_gaps(&animation);
-        if self.clip.timings {
-            say!("{}", take.watch);
-        }
         Ok(())
     }
 
@@ -214,35 +264,30 @@ impl Animate {
         let performer = &motion.performer;
         let driven = |mode| Rig::driven_by(mode, library, performer, face, anatomy, surface, method);
         Ok(match (self.drive, &motion.basis) {
-            (DriveArg::Landmarks, _) => driven(DriveMode::Landmarks)?,
             (DriveArg::Actions, _) => driven(DriveMode::Actions)?,
+            // Contractions are nobody's: they mean the same whoever the performer was.
             (DriveArg::Muscles, Some(basis)) => {
-                let motor = MuscleMotor::new(basis, face, anatomy, surface, method)?;
+                let (motor, _) = muscle_motor(basis, target, method)?;
                 Rig::moved_by(Arc::new(motor), library, performer, face)?
             }
-            (DriveArg::Muscles, None) => return Err(NO_MUSCLES.into()),
+            (DriveArg::Landmarks, _) | (DriveArg::Muscles, None) => driven(DriveMode::Landmarks)?,
         })
     }
 
-    /// What to write where; places that cannot be written to are refused before any work is done.
-    fn outputs(&self) -> Result<Vec<(Kind, &PathBuf)>, Box<dyn std::error::Error>> {
-        let mut outputs = Vec::new();
-        for path in &self.output {
-            outputs.push((Kind::of(path)?, path));
-            inputs::spare(path, &[&self.clip.clip, &self.target])?;
-            drop(Draft::create(path)?);
-        }
-        Ok(outputs)
+    fn outputs(&self) -> Result<Outputs, Box<dyn Error>> {
+        let read = [Some(&self.clip.clip), self.edits.edit.as_ref(), self.from.as_ref()];
+        let read = read.into_iter().flatten().chain(&self.target).map(PathBuf::as_path);
+        Outputs::plan(&self.output, &self.target, &read.collect::<Vec<_>>())
     }
 }
 
-fn warn_of_gaps(animation: &Animation) {
-    let lost = animation.motion.frames.iter().filter(|f| f.state != FaceState::Tracking).count();
+fn warn_of_gaps(motion: &Motion) {
+    let lost = motion.frames.iter().filter(|f| f.state != FaceState::Tracking).count();
     if lost > 0 {
         tracing::warn!(
             "the face was not seen in {lost} of {} frames; there the avatar holds, eases to neutral and blends back \
              (column `state` of the .csv)",
-            animation.motion.frames.len()
+            motion.frames.len()
         );
     }
 }

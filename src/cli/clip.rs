@@ -108,14 +108,21 @@ impl ClipArgs {
         capture::open(&self.clip, self.fps)
     }
 
-    /// Whether contractions are solved for.
-    pub fn solves_muscles(&self) -> bool {
-        matches!(self.lift, LiftArg::Muscles)
-    }
-
     /// Loads the networks.
     pub fn networks(assets: &Assets) -> Result<Networks, PipelineError> {
         Networks::load(assets, TrackerOptions::default())
+    }
+
+    /// How landmarks become motion; a basis is read here.
+    pub fn lift(&self, networks: &mut Networks) -> Result<LiftMode, Box<dyn Error>> {
+        let basis = match (self.lift, &self.basis.basis) {
+            (LiftArg::Plane, _) => return Ok(LiftMode::Plane),
+            (LiftArg::Muscles, None) => MuscleBasis::arkit().clone(),
+            (LiftArg::Muscles, Some(_)) => {
+                self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?
+            }
+        };
+        Ok(LiftMode::Muscles(Arc::new(basis)))
     }
 
     /// Tracks and solves the clip.
@@ -123,6 +130,7 @@ impl ClipArgs {
         &self,
         assets: &Assets,
         mut networks: Networks,
+        lift: LiftMode,
         quiet: bool,
     ) -> Result<Take, Box<dyn Error>> {
         let mut watch = Stopwatch::default();
@@ -145,10 +153,6 @@ impl ClipArgs {
         if performance.faces_seen > 1 {
             tracing::warn!("{} faces were seen at once; the largest is followed", performance.faces_seen);
         }
-        let basis = match self.basis.basis {
-            Some(_) => self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?,
-            None => MuscleBasis::arkit().clone(),
-        };
         let options = SolveOptions {
             field_of_view: self.fov,
             neutral: self.neutral,
@@ -158,10 +162,7 @@ impl ClipArgs {
                 SmoothingArg::Causal => Smoothing::Causal,
                 SmoothingArg::ZeroPhase => Smoothing::ZeroPhase,
             },
-            lift: match self.lift {
-                LiftArg::Muscles => LiftMode::Muscles(Arc::new(basis)),
-                LiftArg::Plane => LiftMode::Plane,
-            },
+            lift,
         };
         let motion = watch
             .time("solve", || Motion::solve(&performance, &face, &mut networks.blendshapes, &options))

@@ -1,21 +1,29 @@
-//! `understudy express`: action units in, an expression of the scan out.
+//! `understudy express`: action units or contraction curves in, expressions of the scan out.
 
-use std::path::{Path, PathBuf};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, ValueEnum};
+use nalgebra::Rotation3;
 use understudy::{
-    actions::{ActionWeights, Merge, Score},
+    actions::{ActionLibrary, ActionWeights, Merge, Score},
     assets::Assets,
     capture::FrameRate,
     export::Draft,
-    pipeline::{ActionTake, HeadMode, Networks, Playing, Stage, Target},
+    muscle::{CurveMap, CurveTake, MuscleBasis},
+    pipeline::{ActionTake, CurvePlay, Networks, Play, PlayedTake, Playing, Stage, Target},
     rig::{ActionRig, TargetFace, WarpKind, facing},
-    tracking::TrackerOptions,
+    tracking::{Tracker, TrackerOptions},
     view::{Gpu, Look, Smoothing, save_png},
 };
 
 use super::{
-    Outcome, inputs,
+    Outcome,
+    basis::BasisArgs,
+    curve_files::EditArgs,
+    inputs,
     method::{MethodArgs, library},
     progress,
     target::{ScanArgs, parse_size, report, report_anatomy},
@@ -27,20 +35,27 @@ Examples:
   understudy express --target scan.obj --emotion happiness -o happy.mp4 -o happy.glb
   understudy express --target scan.obj --play keys.csv -o scene.mp4
   understudy express --target scan.obj --play openface.csv --from mine.json -o scene.mp4
+  understudy express --target scan.obj --play take.muscles.csv --edit edits.toml -o scene.mp4
+  understudy express --target scan.obj --play iphone.csv -o scene.mp4
   understudy express --target scan.obj --au 4 --preset thesis -o as-published.png
 
 Magnitudes go from 0, the neutral, to 1. 12L and 12R are the subject's left and right side, 12 is both.
 Emotions: anger, disgust, fear, happiness, sadness, surprise; sadness=0.5 is half of it.
 Keys are rows of `time,au,magnitude` in seconds; tables are OpenFace's, with `timestamp` and AU01_r … from 0 to 5.
+Contraction curves are those of `animate -o take.muscles.csv`, or a recording of Live Link Face, by whose angles the
+head turns.
 
 Outputs:
-  .png  a picture; of keys, a sheet of moments
-  .obj  the expression, the scan's own vertices first and in their order; of keys, their last moment
-  .mp4  a film: an expression comes, stays and goes; keys play once
+  .png  a picture; of keys and curves, a sheet of moments
+  .obj  the expression, the scan's own vertices first and in their order; of keys and curves, their last moment
+  .mp4  a film: an expression comes, stays and goes; keys and curves play once
   .glb  the same as morph targets: Blender, Unreal, three.js
   .pc2  every vertex of every frame: Blender's Mesh Cache modifier";
 
-/// Show facial action units on a scan
+/// Frames a second of action units.
+const ACTIONS_RATE: f64 = 30.0;
+
+/// Show facial action units or contractions of muscles on a scan
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Express {
@@ -55,9 +70,13 @@ pub struct Express {
     /// An emotion as its set of action units; may be given several times
     #[arg(long, value_name = "NAME[=MAGNITUDE]")]
     emotion: Vec<String>,
-    /// Keys or a table of action units over time
+    /// Keys or a table of action units over time, or contraction curves; the header tells which
     #[arg(long, value_name = "FILE", conflicts_with_all = ["au", "emotion"])]
     play: Option<PathBuf>,
+    #[command(flatten)]
+    basis: BasisArgs,
+    #[command(flatten)]
+    edits: EditArgs,
     /// A library of action units, written by `author`, in place of the built-in one
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
@@ -72,9 +91,9 @@ pub struct Express {
     /// Leave lips and eyes as they were scanned; outputs then have the scan's own mesh
     #[arg(long)]
     as_scanned: bool,
-    /// Frames a second of films and motions
-    #[arg(long, default_value_t = 30.0, value_parser = parse_rate)]
-    fps: f64,
+    /// Frames a second of films and motions: the curves' own, or 30 of action units, if not given
+    #[arg(long, value_parser = parse_rate)]
+    fps: Option<f64>,
     /// Width and height of pictures, even numbers
     #[arg(long, value_name = "WxH", default_value = "720x720", value_parser = parse_size)]
     size: [u32; 2],
@@ -86,6 +105,21 @@ enum MergeArg {
     Parallel,
     /// Added up, as blend shapes are
     Sum,
+}
+
+impl MergeArg {
+    fn merge(self) -> Merge {
+        match self {
+            Self::Parallel => Merge::Parallel,
+            Self::Sum => Merge::Sum,
+        }
+    }
+}
+
+/// What is shown.
+enum Source {
+    Actions(Playing),
+    Curves(CurveTake, Box<MuscleBasis>),
 }
 
 #[derive(Clone, Copy)]
@@ -119,15 +153,12 @@ impl Kind {
 impl Express {
     pub fn run(&self, quiet: bool) -> Outcome {
         let outputs = self.outputs()?;
-        let playing = self.playing()?;
         let library = library(self.from.as_deref())?;
-        for key in playing.actions() {
-            library.get(key)?;
-        }
         let method = self.method.method();
         let assets = Assets::locate()?;
         let gpu = Gpu::headless()?;
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
+        let source = self.source(&library, &gpu, &mut networks.tracker)?;
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
         if !self.as_scanned && method.warp != WarpKind::Regions {
             target.prepare(&gpu)?;
@@ -136,27 +167,42 @@ impl Express {
         if !quiet {
             report(&target);
         }
-        let face = TargetFace::new(target.landmarks.clone(), facing(&library.face, &target.landmarks))?;
-        let merge = match self.merge {
-            MergeArg::Parallel => Merge::Parallel,
-            MergeArg::Sum => Merge::Sum,
+        let (play, level, rate): (Box<dyn Play>, _, _) = match source {
+            Source::Curves(take, basis) => {
+                let play = CurvePlay::new(take, &basis, &target, method)?;
+                let (level, rate) = (*play.level(), play.rate());
+                (Box::new(play), level, rate)
+            }
+            Source::Actions(playing) => {
+                let level = facing(&library.face, &target.landmarks);
+                let face = TargetFace::new(target.landmarks.clone(), level)?;
+                let (anatomy, surface) = (&target.anatomy, &target.surface);
+                let rig = ActionRig::new(&library, &face, anatomy, surface, method, self.merge.merge())?;
+                (Box::new(ActionTake { rig, playing }), level, FrameRate::nearest(ACTIONS_RATE))
+            }
         };
-        let rig = ActionRig::new(&library, &face, &target.anatomy, &target.surface, method, merge)?;
-        let last = match &playing {
-            Playing::Expression(weights) => weights.clone(),
-            Playing::Score(score) => score.at(score.end()),
-        };
-        let rate = FrameRate::nearest(self.fps);
-        let take = ActionTake { target: &target, rig: &rig, playing: &playing, rate };
-        let frames = playing.times(rate).len() as u64;
-        let stage = |smoothing| {
-            Stage::new(&gpu, &target, &face.level, self.size, Look::default(), HeadMode::Still, smoothing)
-        };
+        let rate = self.fps.map_or(rate, FrameRate::nearest);
+        let take = PlayedTake { target: &target, play: play.as_ref(), rate };
+        self.write(&take, &level, &gpu, &outputs, quiet)
+    }
+
+    fn write(
+        &self,
+        take: &PlayedTake,
+        level: &Rotation3<f64>,
+        gpu: &Gpu,
+        outputs: &[(Kind, &PathBuf)],
+        quiet: bool,
+    ) -> Outcome {
+        let frames = take.times().len() as u64;
+        let head = take.play.head();
+        let stage =
+            |smoothing| Stage::new(gpu, take.target, level, self.size, Look::default(), head, smoothing);
         for (kind, path) in outputs {
             let mut note = String::new();
             match kind {
                 Kind::Png => save_png(path, &take.picture(&mut stage(Smoothing::Samples4)?)?)?,
-                Kind::Obj => take.write_obj(path, &last)?,
+                Kind::Obj => take.write_obj(path)?,
                 Kind::Glb => {
                     let report = take.write_glb(path)?;
                     note = format!(" ({} morph targets, {:.3} mm RMS)", report.morphs, report.rms);
@@ -179,8 +225,30 @@ impl Express {
         Ok(())
     }
 
-    /// What is to be shown; without anything, the neutral.
-    fn playing(&self) -> Result<Playing, Box<dyn std::error::Error>> {
+    /// What is to be shown; without anything, the neutral. Refuses muscles and action units that nobody knows.
+    fn source(
+        &self,
+        library: &ActionLibrary,
+        gpu: &Gpu,
+        tracker: &mut Tracker,
+    ) -> Result<Source, Box<dyn Error>> {
+        if let Some(path) = self.play.as_deref().filter(|path| CurveTake::is_in(path).unwrap_or(false)) {
+            if self.from.is_some() {
+                return Err(format!("{} holds contractions, and --from action units", path.display()).into());
+            }
+            let mut take = CurveTake::read(path)?;
+            if let Some(edits) = self.edits.read()? {
+                take = self.edits.of_take(&edits, take)?;
+            }
+            let curves = &take.curves;
+            let basis = self.basis.read(CurveMap::built_in_basis(curves.muscles()), gpu, tracker)?;
+            CurveMap::new(curves.muscles(), curves.channels(), &basis)
+                .map_err(|error| format!("{}: {error}", path.display()))?;
+            return Ok(Source::Curves(take, Box::new(basis)));
+        }
+        if self.basis.basis.is_some() || self.edits.edit.is_some() {
+            return Err("--basis and --edit go with contraction curves: name them with --play".into());
+        }
         if let Some(path) = &self.play {
             let score = Score::read(path)?;
             if !score.ignored().is_empty() {
@@ -190,7 +258,10 @@ impl Express {
                     score.ignored().join(", ")
                 );
             }
-            return Ok(Playing::Score(score));
+            for key in score.actions() {
+                library.get(key)?;
+            }
+            return Ok(Source::Actions(Playing::Score(score)));
         }
         let mut weights = ActionWeights::default();
         for text in &self.emotion {
@@ -199,14 +270,20 @@ impl Express {
         for text in &self.au {
             weights.set_text(text)?;
         }
-        Ok(Playing::Expression(weights))
+        for (key, _) in weights.iter() {
+            library.get(key)?;
+        }
+        Ok(Source::Actions(Playing::Expression(weights)))
     }
 
     /// What to write where; places that cannot be written to are refused before any work is done.
     fn outputs(&self) -> Result<Vec<(Kind, &PathBuf)>, Box<dyn std::error::Error>> {
         let mut outputs = Vec::new();
         let read: Vec<&PathBuf> =
-            [Some(&self.target), self.play.as_ref(), self.from.as_ref()].into_iter().flatten().collect();
+            [Some(&self.target), self.play.as_ref(), self.from.as_ref(), self.edits.edit.as_ref()]
+                .into_iter()
+                .flatten()
+                .collect();
         for path in &self.output {
             outputs.push((Kind::of(path)?, path));
             let read: Vec<&Path> = read.iter().map(|path| path.as_path()).collect();

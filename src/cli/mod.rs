@@ -9,12 +9,14 @@ macro_rules! say {
 }
 
 mod animate;
+mod animate_outputs;
 mod assets;
 mod author;
 mod average;
 mod basis;
 mod clip;
 mod compare;
+mod curve_files;
 mod express;
 mod inputs;
 mod landmark;
@@ -41,7 +43,8 @@ const EXAMPLES: &str = "\
 Examples:
   understudy animate clip.mp4 --target scan.obj -o avatar.mp4 -o avatar.glb
   understudy express --target scan.obj --emotion happiness -o happy.png
-  understudy track clip.mp4 -o motion.csv
+  understudy express --target scan.obj --play take.muscles.csv -o scene.mp4
+  understudy track clip.mp4 -o motion.csv -o take.muscles.csv
   understudy landmark scan.obj -o picture.png -o scan.landmarks.json
   understudy prepare scan.obj -o avatar.glb -o look.png
   understudy preprocess scan.obj -o grid.obj -o picture.png

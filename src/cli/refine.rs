@@ -128,7 +128,9 @@ impl Refine {
         if !matches!(extension.as_deref(), Some("csv" | "c3d")) {
             let clip = ClipArgs::plain(path, self.fps);
             drop(clip.open()?);
-            let take = clip.solve(assets, ClipArgs::networks(assets)?, quiet)?;
+            let mut networks = ClipArgs::networks(assets)?;
+            let lift = clip.lift(&mut networks)?;
+            let take = clip.solve(assets, networks, lift, quiet)?;
             return Ok(motion_markers(&take.motion, basis)?);
         }
         let take = read_markers(path, self.fps)?;

@@ -1,46 +1,89 @@
 //! `understudy track`: the performer's motion alone.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use understudy::{assets::Assets, pipeline::write_motion};
+use understudy::{actions::ActionLibrary, assets::Assets, export::Draft, pipeline::write_motion};
 
-use super::{Outcome, clip::ClipArgs, inputs};
+use super::{
+    Outcome,
+    clip::ClipArgs,
+    curve_files::{self, CurveFile, EditArgs},
+    inputs,
+};
 
 const EXAMPLES: &str = "\
 Examples:
   understudy track clip.mp4 -o motion.csv
   understudy track clip.mp4 -o raw.csv --raw
-  understudy track frames/ --fps 30000/1001 --neutral 0.5..1.5 -o motion.csv";
+  understudy track clip.mp4 -o motion.csv -o take.muscles.csv -o take.livelink.csv
+  understudy track frames/ --fps 30000/1001 --neutral 0.5..1.5 -o motion.csv
 
-/// Track a performer: head pose and 478 landmarks of every frame as a table
+Outputs:
+  .muscles.csv   the contraction of every muscle of --basis: `express --play`, `plot`
+  .livelink.csv  ARKit's 52 shapes as Live Link Face records them: any ARKit-ready character
+  .csv           head pose, landmarks and action units in OpenFace's columns";
+
+/// Track a performer: head pose, 478 landmarks and contractions of muscles in every frame as tables
 ///
-/// The columns are OpenFace's. Landmarks are in pixels of the clip, head pose in millimetres and radians of the
+/// The columns of motion are OpenFace's. Landmarks are in pixels of the clip, head pose in millimetres and radians of the
 /// camera's frame. docs/formats.md describes them.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Track {
     #[command(flatten)]
     clip: ClipArgs,
-    /// Where to write the table
-    #[arg(short, long, value_name = "FILE.csv")]
-    output: PathBuf,
+    /// What to write, by extension: .csv, .muscles.csv, .livelink.csv; may be given several times
+    #[arg(short, long, value_name = "FILE.csv", required = true)]
+    output: Vec<PathBuf>,
     /// Write the landmarks as the network gives them: nothing repaired, nothing smoothed
     #[arg(long)]
     raw: bool,
+    #[command(flatten)]
+    edits: EditArgs,
 }
 
 impl Track {
     pub fn run(&self, quiet: bool) -> Outcome {
-        inputs::spare(&self.output, &[&self.clip.clip])?;
+        let edits = self.edits.read()?;
+        let mut outputs: Vec<(Option<CurveFile>, &PathBuf)> = Vec::new();
+        let read = [Some(self.clip.clip.as_path()), self.edits.edit.as_deref()];
+        let read: Vec<&Path> = read.into_iter().flatten().collect();
+        for path in &self.output {
+            outputs.push((CurveFile::of(path), path));
+            inputs::spare(path, &read)?;
+            drop(Draft::create(path)?);
+        }
+        let files: Vec<CurveFile> = outputs.iter().filter_map(|(file, _)| *file).collect();
+        if files.is_empty() && edits.is_some() {
+            return Err("--edit changes contractions: write .muscles.csv or .livelink.csv with it".into());
+        }
         drop(self.clip.open()?);
         let assets = Assets::locate()?;
-        let networks = ClipArgs::networks(&assets)?;
-        let mut take = self.clip.solve(&assets, networks, quiet)?;
-        let raw = self.raw.then_some(&take.performance);
-        take.watch.time("write", || write_motion(&self.output, &take.motion, raw))?;
+        let mut networks = ClipArgs::networks(&assets)?;
+        let lift = self.clip.lift(&mut networks)?;
+        curve_files::check(&lift, false, &files, &self.edits, edits.as_ref())?;
+        let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
+        // The performer's own motion comes first: edited curves change what the take shows.
+        outputs.sort_by_key(|(file, _)| file.is_some());
+        let mut curves = None;
+        for (file, path) in outputs {
+            let motion = &mut take.motion;
+            let Some(file) = file else {
+                let raw = self.raw.then_some(&take.performance);
+                take.watch.time("write", || write_motion(path, motion, ActionLibrary::built_in(), raw))?;
+                continue;
+            };
+            let curves = match &mut curves {
+                Some(curves) => &*curves,
+                unset @ None => unset.insert(self.edits.follow(edits.as_ref(), motion)?),
+            };
+            take.watch.time("write", || file.write(path, motion, curves))?;
+        }
         if !quiet {
-            say!("wrote {}", self.output.display());
+            for path in &self.output {
+                say!("wrote {}", path.display());
+            }
         }
         if self.clip.timings {
             say!("{}", take.watch);

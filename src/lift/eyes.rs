@@ -55,6 +55,13 @@ impl Eyes {
         }
     }
 
+    /// As a mirror shows them: left and right exchanged.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let eye = |eye: &EyeState| EyeState { yaw: -eye.yaw, ..*eye };
+        Self { right: eye(&self.left), left: eye(&self.right) }
+    }
+
     /// `share` of the way from `self` to `other`.
     pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * share;

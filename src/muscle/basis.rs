@@ -10,7 +10,10 @@ use nalgebra::{DMatrix, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{Channel, MuscleError};
-use crate::actions::{ActionLibrary, Catalogue};
+use crate::{
+    actions::{ActionLibrary, Catalogue},
+    lift::Side,
+};
 
 const FORMAT: &str = "understudy muscles 1";
 /// A basis is some 500 kB; far beyond that it is something else.
@@ -19,6 +22,10 @@ const MOST_BYTES: u64 = 64 << 20;
 const LEAST: f64 = 0.02;
 /// An element of which the others leave less than this share unexplained depends on them.
 const DEPENDENT: f64 = 0.02;
+/// An element that closes an eye by more is that eye's blink.
+const BLINK: f64 = 0.8;
+/// One that closes it by less than this widens it.
+const WIDE: f64 = -0.15;
 
 /// The half of the face in which a muscle is sought (001 §4.1.2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,6 +113,15 @@ impl MuscleBasis {
     /// Which element has this name.
     pub fn index(&self, name: &str) -> Option<usize> {
         self.elements.iter().position(|element| element.name == name)
+    }
+
+    /// The elements that shut and that widen the eye of one side.
+    pub fn lids(&self, side: Side) -> [Option<usize>; 2] {
+        let eye = usize::from(side == Side::Left);
+        let closures = || self.elements.iter().map(|element| element.closure[eye]).enumerate();
+        let blink = closures().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, closure)| *closure > BLINK);
+        let wide = closures().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, closure)| *closure < WIDE);
+        [blink, wide].map(|found| found.map(|(k, _)| k))
     }
 
     /// The elements that a predicate keeps.

@@ -33,6 +33,17 @@ pub enum MuscleError {
         /// Those with similar names, or all.
         has: String,
     },
+    /// Curves of muscles that a basis does not have.
+    #[error(
+        "the muscles {muscles} are none of the basis {basis}. Name the basis that the curves were made with by --basis, or \
+         correct their names"
+    )]
+    Foreign {
+        /// What the basis is called.
+        basis: String,
+        /// Those that it lacks.
+        muscles: String,
+    },
     /// Curves cannot be mirrored because a muscle's other side is missing.
     #[error(
         "cannot mirror: {name} is there without {other}. Take `mirror` out, or give curves with both sides"

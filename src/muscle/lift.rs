@@ -2,7 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{CameraFit, CameraSolver, FaceBasis, Muscle, MuscleBasis, MuscleError};
+use super::{
+    CameraFit, CameraSolver, FaceBasis, Muscle, MuscleBasis, MuscleError, marker_error::MarkerError,
+};
 use crate::{
     head::HeadPose,
     lift::{Displacements, Performer},
@@ -22,6 +24,7 @@ pub struct MuscleLift {
     solver: CameraSolver,
     contractions: Vec<f64>,
     pixels: Vec<Vector2<f64>>,
+    error: MarkerError,
 }
 
 /// One frame.
@@ -33,6 +36,9 @@ pub struct Lifted {
     pub contractions: Vec<f64>,
     /// What the contractions make of the 478 landmarks, and what they leave unexplained in the picture.
     pub displacements: Displacements,
+    /// Mean distance in the picture's plane of the landmarks from where the contractions put them, upper and lower face
+    /// without the outline, millimetres; none where nothing of one was seen.
+    pub marker_error: Option<[f64; 2]>,
 }
 
 impl MuscleLift {
@@ -46,7 +52,7 @@ impl MuscleLift {
         let face = FaceBasis::new(basis, &SourceFace::performer(performer))?.of_landmarks();
         let contractions = vec![0.0; face.count()];
         let solver = CameraSolver::new(*performer.camera(), face, CameraFit::default());
-        Ok(Self { solver, contractions, pixels: Vec::new() })
+        Ok(Self { solver, contractions, pixels: Vec::new(), error: MarkerError::new(performer) })
     }
 
     /// The shapes on the performer.
@@ -84,15 +90,19 @@ impl MuscleLift {
         let mut vectors = Vec::with_capacity(LANDMARK_COUNT);
         self.solver.basis().synthesize(&self.contractions, &mut vectors);
         vectors.resize(LANDMARK_COUNT, Vector3::zeros());
+        self.error.clear();
         for (i, (vector, neutral)) in vectors.iter_mut().zip(performer.neutral()).enumerate() {
             if landmarks.states[i] == LandmarkState::Absent {
                 continue;
             }
             let depth = pose.to_camera(&(neutral + *vector)).z;
             let seen = pose.to_scan(&performer.camera().at_depth(landmarks.pixel(i), depth)) - neutral;
-            *vector += (seen - *vector) * UNEXPLAINED;
+            let unexplained = seen - *vector;
+            self.error.add(i, unexplained.norm());
+            *vector += unexplained * UNEXPLAINED;
         }
         let displacements = Displacements { vectors, states: landmarks.states.clone() };
-        Lifted { pose, contractions: self.contractions.clone(), displacements }
+        let marker_error = self.error.means();
+        Lifted { pose, contractions: self.contractions.clone(), displacements, marker_error }
     }
 }

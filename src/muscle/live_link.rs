@@ -79,6 +79,28 @@ impl FaceAngles {
         [-left, down, -to_right_shoulder]
     }
 
+    /// The head's turn in the scan frame, of which [`FaceAngles::of_turn`] tells the angles.
+    pub fn head_turn(&self) -> Rotation3<f64> {
+        let [right, down, to_left_shoulder] = self.head;
+        let turn = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+        turn(Vector3::y_axis(), -right)
+            * turn(Vector3::x_axis(), down)
+            * turn(Vector3::z_axis(), -to_left_shoulder)
+    }
+
+    /// Where the eyes look; of the lids nothing is told.
+    pub fn eyes(&self) -> Eyes {
+        let eye = |[yaw, pitch, _]: [f64; 3]| EyeState { closure: 0.0, yaw: -yaw, pitch: -pitch };
+        Eyes { right: eye(self.right_eye), left: eye(self.left_eye) }
+    }
+
+    /// `share` of the way from `self` to `other`.
+    #[must_use]
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let (from, to) = (self.row(), other.row());
+        Self::from_row(std::array::from_fn(|k| from[k] + (to[k] - from[k]) * share))
+    }
+
     /// As a mirror shows them: left and right exchanged.
     #[must_use]
     pub fn mirrored(&self) -> Self {
@@ -232,6 +254,8 @@ mod tests {
         close(FaceAngles::of_turn(&turn(x, 0.2)), [0.0, 0.2, 0.0]);
         close(FaceAngles::of_turn(&turn(z, 0.1)), [0.0, 0.0, -0.1]);
         close(FaceAngles::of_turn(&(turn(y, -0.3) * turn(x, 0.2) * turn(z, 0.1))), [0.3, 0.2, -0.1]);
+        let angles = FaceAngles { head: [0.3, -0.2, 0.4], ..FaceAngles::default() };
+        close(FaceAngles::of_turn(&angles.head_turn()), angles.head);
     }
 
     #[test]
@@ -242,6 +266,7 @@ mod tests {
         assert!(straight.head.iter().all(|angle| angle.abs() < 1e-12));
         let wanted = [-0.2, -0.1, 0.0, 0.0, 0.0, 0.0];
         assert!(straight.row()[3..].iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{straight:?}");
+        assert_eq!(straight.eyes(), eyes);
         // The nose, 100 mm out, goes to the picture's left when the subject turns to the right, and down with the chin.
         let turned = |axis, angle| {
             let frontal = frontal_pose();

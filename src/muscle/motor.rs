@@ -13,9 +13,6 @@ use crate::{
     scan::Surface,
 };
 
-/// An element that closes an eye by more is that eye's blink.
-const BLINK: f64 = 0.8;
-
 /// A basis tied to a target.
 #[derive(Debug, Clone)]
 pub struct MuscleMotor {
@@ -37,8 +34,7 @@ impl MuscleMotor {
         let mut own = basis.clone();
         for (eye, side) in Side::BOTH.into_iter().enumerate() {
             // Lids that can close do it by themselves: what a blink does to the skin is not done twice.
-            let blink = basis.elements.iter().filter(|element| element.closure[eye] > BLINK);
-            let blink = blink.max_by(|a, b| a.closure[eye].total_cmp(&b.closure[eye]));
+            let [blink, _] = basis.lids(side).map(|found| found.map(|k| &basis.elements[k]));
             let Some(blink) = blink.filter(|_| anatomy.eye(side).is_some()) else { continue };
             for element in &mut own.elements {
                 let closure = (element.closure[eye] / blink.closure[eye]).clamp(0.0, 1.0);

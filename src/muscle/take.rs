@@ -37,6 +37,17 @@ impl CurveTake {
         }
     }
 
+    /// Whether the header is one of curves, and not that of a table of action units or of keys.
+    pub fn is_in(path: &Path) -> Result<bool, MuscleError> {
+        let mut lines = Lines::open(path)?;
+        let header: Vec<String> = lines.next()?.unwrap_or_default().into_iter().map(str::to_owned).collect();
+        let is_unit = |name: &String| {
+            name.strip_prefix("AU").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        };
+        let has_times = header.iter().any(|name| name == "timestamp");
+        Ok(live_link::is_header(&header) || (has_times && !header.iter().any(is_unit)))
+    }
+
     /// The take with edits; a mirror turns head and eyes as well.
     pub fn edited(self, edits: &CurveEdits) -> Result<Self, MuscleError> {
         let mut live_link = self.live_link;

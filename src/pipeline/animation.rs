@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, MatrixXx3};
 
 use super::{
-    GlbReport, HeadMode, Motion, MotionTable, PipelineError, Stage, Stopwatch, Target, constant_rate,
+    GlbReport, HeadMode, Motion, PipelineError, Stage, Stopwatch, Target, constant_rate,
     glb_take::write_take_glb, performer_view::PerformerView,
 };
 use crate::{
-    actions::ActionLibrary,
     capture::FrameSource,
     export::{Mp4Settings, Mp4Writer, Pc2Writer, Sound},
-    rig::{AvatarFrame, Bones, Rig},
+    rig::{Bones, Rig},
 };
 
 /// A solved take, a rigged target, and how the head is shown.
@@ -55,29 +54,13 @@ impl Animation<'_> {
         for (done, index) in (1..).zip(self.ticks()) {
             watch.time("warp", || self.rig.pose(&self.motion.frames[index].expression, &mut frame))?;
             watch.time("write pc2", || {
-                place(&frame, self.head, &mut placed);
+                self.head.place(&frame, &mut placed);
                 self.target.scan.to_own(&placed, &mut own);
                 writer.write_sample(&own)
             })?;
             progress(done);
         }
         Ok(writer.commit()?)
-    }
-
-    /// The performer's motion as a table, its action units measured by `library`.
-    pub fn write_csv(
-        &self,
-        path: &Path,
-        library: &ActionLibrary,
-        watch: &mut Stopwatch,
-    ) -> Result<(), PipelineError> {
-        watch.time("write csv", || {
-            let mut table = MotionTable::create(path, library, &self.motion.performer)?;
-            for frame in &self.motion.frames {
-                table.write(self.motion, frame)?;
-            }
-            table.commit()
-        })
     }
 
     /// The target with its motion as morph targets.
@@ -157,15 +140,6 @@ pub struct ControlMotion {
     pub bones: Vec<Bones>,
     /// The head.
     pub heads: Vec<Isometry3<f64>>,
-}
-
-/// Moves the vertices with the head.
-fn place(frame: &AvatarFrame, mode: HeadMode, placed: &mut [[f32; 3]]) {
-    let motion = mode.motion(&frame.head);
-    for (to, from) in placed.iter_mut().zip(&frame.positions) {
-        let point = motion * nalgebra::Point3::from(from.map(f64::from));
-        *to = point.coords.map(|v| v as f32).into();
-    }
 }
 
 /// Two pictures of one height as one, row by row.

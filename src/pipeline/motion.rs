@@ -72,6 +72,9 @@ pub struct MotionFrame {
     pub state: FaceState,
     /// The network's presence; 0 where no face is seen.
     pub confidence: f64,
+    /// Mean distance of the landmarks from where the contractions put them, upper and lower face, millimetres, before
+    /// anything is steadied; none where no face is seen or no muscles were solved for.
+    pub marker_error: Option<[f64; 2]>,
 }
 
 /// A whole take.
@@ -172,20 +175,21 @@ fn solve_frames(
 ) -> Result<Vec<MotionFrame>, PipelineError> {
     let mut repair = Repair::new(performer);
     let mut expressions = Vec::with_capacity(frames.len());
-    let mut eye_runs = Vec::new();
+    let (mut errors, mut eye_runs) = (Vec::new(), Vec::new());
     for run in frames.chunk_by(|a, b| a.landmarks.is_some() == b.landmarks.is_some()) {
-        let (solved, eyes) = solve_run(run, performer, lift, &mut repair, smoothing)?;
-        expressions.extend(solved);
-        eye_runs.push(eyes);
+        let solved = solve_run(run, performer, lift, &mut repair, smoothing)?;
+        expressions.extend(solved.expressions);
+        errors.extend(solved.errors);
+        eye_runs.push(solved.eyes);
     }
     // The lids' range is that of all runs.
     for (expression, eyes) in expressions.iter_mut().zip(solve_eyes(neutral_eyes, &eye_runs, smoothing)) {
         expression.eyes = eyes;
     }
     let mut presence = Presence::new(*performer.rest());
-    let mut seen = expressions.into_iter();
+    let mut seen = expressions.into_iter().zip(errors);
     let shown = frames.iter().map(|frame| {
-        let expression = frame.landmarks.as_ref().and_then(|_| seen.next());
+        let (expression, error) = frame.landmarks.as_ref().and_then(|_| seen.next()).unzip();
         let (expression, state) = presence.show(frame.timestamp, expression);
         MotionFrame {
             index: frame.index,
@@ -193,25 +197,33 @@ fn solve_frames(
             expression,
             state,
             confidence: frame.landmarks.as_ref().map_or(0.0, |landmarks| landmarks.presence),
+            marker_error: error.flatten(),
         }
     });
     Ok(shown.collect())
 }
 
-/// One run; empty where its frames have no face. The eyes are only measured.
+/// What an unbroken run of frames shows, an entry for each; none where they have no face.
+#[derive(Default)]
+struct SolvedRun {
+    expressions: Vec<Expression>,
+    errors: Vec<Option<[f64; 2]>>,
+    eyes: EyeRun,
+}
+
+/// One run. The eyes are only measured.
 fn solve_run(
     run: &[TrackedFrame],
     performer: &Performer,
     lift: &mut Option<MuscleLift>,
     repair: &mut Repair,
     smoothing: Smoothing,
-) -> Result<(Vec<Expression>, EyeRun), PipelineError> {
+) -> Result<SolvedRun, PipelineError> {
     let reference = performer.rest().rotation;
     let quick = lift.as_ref().map_or_else(Vec::new, MuscleLift::quick);
     let mut steadier = CausalSteadier::new(&quick);
     let mut previous: Option<HeadPose> = None;
-    let mut expressions = Vec::new();
-    let mut eyes = EyeRun::default();
+    let SolvedRun { mut expressions, mut errors, mut eyes } = SolvedRun::default();
     repair.reset();
     if let Some(lift) = lift {
         lift.reset();
@@ -222,6 +234,7 @@ fn solve_run(
         previous = Some(rigid);
         eyes.times.push(frame.timestamp);
         let mut expression = Expression::neutral(rigid);
+        let mut error = None;
         match lift {
             Some(lift) => {
                 let mut visible = landmarks.clone();
@@ -230,6 +243,7 @@ fn solve_run(
                 expression.pose = lifted.pose;
                 expression.displacements = lifted.displacements;
                 expression.contractions = lifted.contractions;
+                error = lifted.marker_error;
             }
             None => expression.displacements = performer.lift(landmarks, &rigid),
         }
@@ -243,6 +257,7 @@ fn solve_run(
             steadier.apply(frame.timestamp, &reference, &mut expression);
         }
         expressions.push(expression);
+        errors.push(error);
     }
     if smoothing == Smoothing::ZeroPhase && !expressions.is_empty() {
         steady_recording(&eyes.times, &reference, &quick, &mut expressions);
@@ -252,7 +267,7 @@ fn solve_run(
             lift.add(&expression.contractions, 1.0, &mut expression.displacements);
         }
     }
-    Ok((expressions, eyes))
+    Ok(SolvedRun { expressions, errors, eyes })
 }
 
 /// The eyes of all tracked frames.

@@ -96,9 +96,15 @@ impl MotionTable {
     }
 }
 
-/// Writes the whole take; with `raw`, the unfiltered landmarks of that performance.
-pub fn write_motion(path: &Path, motion: &Motion, raw: Option<&Performance>) -> Result<(), PipelineError> {
-    let mut table = MotionTable::create(path, ActionLibrary::built_in(), &motion.performer)?;
+/// Writes the whole take, its action units measured by `library`; with `raw`, the unfiltered landmarks of that
+/// performance.
+pub fn write_motion(
+    path: &Path,
+    motion: &Motion,
+    library: &ActionLibrary,
+    raw: Option<&Performance>,
+) -> Result<(), PipelineError> {
+    let mut table = MotionTable::create(path, library, &motion.performer)?;
     for (i, frame) in motion.frames.iter().enumerate() {
         match raw {
             Some(performance) => table.write_raw(motion, frame, performance.frames[i].landmarks.as_ref())?,

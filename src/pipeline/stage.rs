@@ -33,6 +33,17 @@ impl HeadMode {
             Self::Still => Isometry3::identity(),
         }
     }
+
+    /// The vertices of a frame where this mode shows them. Target's scan frame, millimetres.
+    pub(super) fn place(self, frame: &AvatarFrame, placed: &mut [[f32; 3]]) {
+        if self == Self::Still {
+            return placed.copy_from_slice(&frame.positions);
+        }
+        for (to, from) in placed.iter_mut().zip(&frame.positions) {
+            let point = frame.head * Point3::from(from.map(f64::from));
+            *to = point.coords.map(|v| v as f32).into();
+        }
+    }
 }
 
 /// Draws one target.

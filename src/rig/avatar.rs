@@ -8,6 +8,7 @@ use super::{
     ActionRig, ActionSolver, AvatarFrame, Bones, Controls, Drive, LipDrive, Method, Motor, RigError,
     SourceFace, TargetFace,
     motor::{ActionMotor, LandmarkMotor},
+    target::PIVOT_DEPTH,
 };
 use crate::{
     actions::{ActionLibrary, ActionWeights, Merge},
@@ -19,8 +20,6 @@ use crate::{
     tracking::index,
 };
 
-/// The head turns about a point this many outer canthal distances behind the eyes.
-const PIVOT_DEPTH: f64 = 0.9;
 /// What of the performer drives the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DriveMode {
@@ -166,17 +165,14 @@ impl HeadFollow {
     fn new(performer: &Performer, target: &TargetFace) -> Self {
         let (scale_performer, scale_target) =
             (performer.outer_canthal_distance(), target.outer_canthal_distance());
-        let back = |scale: f64| Vector3::new(0.0, 0.0, -PIVOT_DEPTH * scale);
-        let corners = [index::RIGHT_EYE_OUTER, index::LEFT_EYE_OUTER];
-        let [a, b] = corners.map(|corner| performer.neutral()[corner]);
-        let [c, d] = corners.map(|corner| target.landmarks[corner].unwrap_or_else(Point3::origin));
-        let (performer_eyes, target_eyes) = (center(&a, &b), center(&c, &d));
+        let neutral = performer.neutral();
+        let performer_eyes = center(&neutral[index::RIGHT_EYE_OUTER], &neutral[index::LEFT_EYE_OUTER]);
         Self {
             rest: *performer.rest(),
             performer_eyes,
-            target_eyes,
-            performer_pivot: performer_eyes + back(scale_performer),
-            target_pivot: target_eyes + target.level.inverse() * back(scale_target),
+            target_eyes: target.eyes(),
+            performer_pivot: performer_eyes - Vector3::z() * (PIVOT_DEPTH * scale_performer),
+            target_pivot: target.pivot(),
             level: target.level,
             scale: scale_target / scale_performer.max(f64::MIN_POSITIVE),
         }

@@ -1,12 +1,14 @@
 //! The face that is driven: landmarks on a neutral scan.
 
-use nalgebra::{Point3, Rotation3};
+use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3, center};
 
 use super::RigError;
 use crate::tracking::{LANDMARK_COUNT, index};
 
 /// Landmarks that a target cannot do without: eyes, nose and mouth.
 const FEWEST: usize = 40;
+/// The head turns about a point this many outer canthal distances behind the eyes.
+pub(super) const PIVOT_DEPTH: f64 = 0.9;
 
 /// A target's landmarks and how it must be turned to be seen as the performer is.
 #[derive(Debug, Clone)]
@@ -42,5 +44,24 @@ impl TargetFace {
     /// Millimetres between the outer eye corners.
     pub fn outer_canthal_distance(&self) -> f64 {
         self.distance(index::RIGHT_EYE_OUTER, index::LEFT_EYE_OUTER)
+    }
+
+    /// Midway between the outer eye corners. Scan frame, millimetres.
+    pub fn eyes(&self) -> Point3<f64> {
+        let corner = |landmark: usize| self.landmarks[landmark].unwrap_or_else(Point3::origin);
+        center(&corner(index::RIGHT_EYE_OUTER), &corner(index::LEFT_EYE_OUTER))
+    }
+
+    /// The point about which the head turns. Scan frame, millimetres.
+    pub fn pivot(&self) -> Point3<f64> {
+        let back = Vector3::new(0.0, 0.0, -PIVOT_DEPTH * self.outer_canthal_distance());
+        self.eyes() + self.level.inverse() * back
+    }
+
+    /// The head's motion, in the scan frame, when it turns by `turn` in the level frame.
+    pub fn turned(&self, turn: &Rotation3<f64>) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_rotation_matrix(&(self.level.inverse() * turn * self.level));
+        let pivot = self.pivot().coords;
+        Isometry3::from_parts((pivot - turn * pivot).into(), turn)
     }
 }
