@@ -1,5 +1,7 @@
 //! Head pose and contractions from one camera's landmarks, where both are known.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
 use nalgebra::{Point3, Rotation3, Vector2, Vector3};
 use understudy::{
     actions::ActionLibrary,

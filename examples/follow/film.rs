@@ -4,6 +4,7 @@ use std::{error::Error, path::Path};
 
 use nalgebra::Rotation3;
 use understudy::{
+    actions::ActionLibrary,
     assets::Assets,
     export::{MotionRecord, read_motion_csv},
     pipeline::{Animation, HeadMode, Networks, SolveOptions, Stage, Stopwatch, VideoPlan, write_motion},
@@ -44,6 +45,6 @@ pub fn track_again(
 }
 
 fn as_tracked(take: &Take, table: &Path) -> Result<Vec<MotionRecord>, Box<dyn Error>> {
-    write_motion(table, &take.motion, Some(&take.performance))?;
+    write_motion(table, &take.motion, ActionLibrary::built_in(), Some(&take.performance))?;
     Ok(read_motion_csv(table)?)
 }
