@@ -168,9 +168,9 @@ fn lips_part_as_far_as_the_performers_over_the_whole_clip() {
             for (pair, (found, wanted)) in gaps(acting, &posed).iter().zip(&wanted).enumerate() {
                 let off = (found - wanted).abs();
                 worst = worst.max(off);
-                // A millimetre, or eight parts in a hundred of a wide gap.
+                // A millimetre, or six parts in a hundred of a wide gap.
                 assert!(
-                    off < f64::max(1.0, 0.08 * wanted),
+                    off < f64::max(1.0, 0.06 * wanted),
                     "{name}, pair {pair} of frame {}: {found} mm for {wanted}",
                     frame.index
                 );
