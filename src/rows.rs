@@ -1,4 +1,5 @@
-//! Tables of text, line by line: cut into cells, with faults that name file and line.
+//! Files of text: tables line by line, cut into cells, with faults that name file and line; small ones whole; numbers
+//! as they are written.
 //!
 //! Cells are numbers and names without commas, so that a line is cut at its commas, as `export::read_motion_csv` does;
 //! quotes around a whole cell, which R writes, are taken off.
@@ -25,6 +26,15 @@ pub(crate) struct Fault {
     pub reason: String,
     /// What to do.
     pub remedy: &'static str,
+}
+
+/// The whole of a small file of text. The error is a reason, which says of one that is too large that it is no `what`.
+pub(crate) fn read_text(path: &Path, most_bytes: u64, what: &str) -> Result<String, String> {
+    let size = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
+    if size > most_bytes {
+        return Err(format!("{size} bytes are no {what}"));
+    }
+    std::fs::read_to_string(path).map_err(|error| error.to_string())
 }
 
 /// The lines of one file that hold something.
@@ -108,6 +118,13 @@ fn bare(cell: &str) -> &str {
     let cell = cell.trim();
     let inside = cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"'));
     inside.map_or(cell, str::trim)
+}
+
+/// A number to three decimals, without needless zeros.
+pub(crate) fn short(value: f64) -> String {
+    let text = format!("{value:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
 }
 
 /// As much of a cell as a message can take.

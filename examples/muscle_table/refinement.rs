@@ -2,18 +2,19 @@
 
 use std::{error::Error, fmt::Write as _, path::Path};
 
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{Point3, Vector3};
 use understudy::{
-    actions::Catalogue,
     muscle::{
         Analyser, FaceBasis, MarkerBasis, MarkerSeat, MuscleBasis, RefineOptions, Refinement, Training,
         refine,
     },
-    rig::SourceFace,
-    tracking::{LANDMARK_COUNT, Region, SKIN_LANDMARK_COUNT, index, landmark_table},
+    tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
 };
 
-use super::takes::{Take, index as takes_of};
+use super::{
+    camera::face_of,
+    takes::{Take, index as takes_of},
+};
 
 /// As many as optical studios glue on, and more.
 const MARKERS: usize = 100;
@@ -94,14 +95,7 @@ pub fn report(folder: &Path) -> Result<String, Box<dyn Error>> {
 
 /// A basis on a performer's neutral, 468 points. The model that made the takes moves the jaw in a straight line.
 fn on_face(basis: &MuscleBasis, neutral: &[Point3<f64>]) -> Result<MuscleBasis, Box<dyn Error>> {
-    let mut points = neutral.to_vec();
-    points.resize(LANDMARK_COUNT, Point3::origin());
-    let face = SourceFace {
-        points: Catalogue::get().place_between(&points),
-        level: Rotation3::identity(),
-        closed_lips: [0.0; index::UPPER_INNER.len()],
-        has_depth: true,
-    };
+    let face = face_of(neutral);
     let carried = FaceBasis::new(basis, &face)?;
     let mut own = MuscleBasis { face: face.points, turns_jaw: false, ..basis.clone() };
     for (element, vectors) in own.elements.iter_mut().zip(carried.vectors) {

@@ -141,6 +141,11 @@ impl Catalogue {
         self.actions.iter().find(|action| action.au == au)
     }
 
+    /// Names of the control points, as files list them.
+    pub fn point_names(&self) -> Vec<String> {
+        (SKIN_LANDMARK_COUNT..self.handles()).map(|handle| self.handle_name(handle)).collect()
+    }
+
     /// The numbers, as text.
     pub fn numbers(&self) -> String {
         self.actions.iter().map(|action| action.au.to_string()).collect::<Vec<_>>().join(", ")

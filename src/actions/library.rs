@@ -10,7 +10,10 @@ use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 
 use super::{ActionError, ActionKey, Catalogue};
-use crate::lift::Side;
+use crate::{
+    lift::Side,
+    rows::{read_text, short},
+};
 
 const FORMAT: &str = "understudy actions 1";
 /// A library file is some 200 kB; far beyond that it is something else.
@@ -109,11 +112,7 @@ impl ActionLibrary {
             reason,
             remedy: "Write it with `understudy author`",
         };
-        let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?.len();
-        if size > MOST_BYTES {
-            return Err(fault(format!("{size} bytes are no library of action units")));
-        }
-        let text = std::fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
+        let text = read_text(path, MOST_BYTES, "library of action units").map_err(fault)?;
         Self::parse(&path.display().to_string(), &text).map_err(fault)
     }
 
@@ -124,7 +123,7 @@ impl ActionLibrary {
             return Err(format!("its format is {:?}, not {FORMAT:?}", document.format));
         }
         let catalogue = Catalogue::get();
-        let names: Vec<String> = point_names(catalogue);
+        let names = catalogue.point_names();
         if document.points != names || document.face.len() != catalogue.handles() {
             return Err("it was made with other control points than this version's".to_owned());
         }
@@ -166,18 +165,13 @@ impl ActionLibrary {
 
     /// The library as text, an action a line.
     pub fn format(&self) -> String {
-        let number = |value: f64| {
-            let text = format!("{value:.3}");
-            let text = text.trim_end_matches('0').trim_end_matches('.');
-            if text == "-0" { "0".to_owned() } else { text.to_owned() }
-        };
         let mut text = format!("{{\"format\":\"{FORMAT}\",\"unit\":\"mm\",\"points\":[\n");
         let names: Vec<String> =
-            point_names(Catalogue::get()).iter().map(|name| format!("{name:?}")).collect();
+            Catalogue::get().point_names().iter().map(|name| format!("{name:?}")).collect();
         text.push_str(&names.join(",\n"));
         text.push_str("],\"face\":[\n");
         let face: Vec<String> =
-            self.face.iter().map(|p| format!("[{},{},{}]", number(p.x), number(p.y), number(p.z))).collect();
+            self.face.iter().map(|p| format!("[{},{},{}]", short(p.x), short(p.y), short(p.z))).collect();
         for (k, row) in face.chunks(8).enumerate() {
             let _ = write!(text, "{}{}", if k == 0 { "" } else { ",\n" }, row.join(","));
         }
@@ -192,11 +186,11 @@ impl ActionLibrary {
                 .vectors
                 .iter()
                 .map(|v| {
-                    let [x, y, z] = [v.vector.x, v.vector.y, v.vector.z].map(number);
-                    format!("[{},{x},{y},{z},{}]", v.handle, number(v.spread))
+                    let [x, y, z] = [v.vector.x, v.vector.y, v.vector.z].map(short);
+                    format!("[{},{x},{y},{z},{}]", v.handle, short(v.spread))
                 })
                 .collect();
-            let [right, left] = action.closure.map(number);
+            let [right, left] = action.closure.map(short);
             let _ = write!(
                 text,
                 "{}{{\"au\":{},\"side\":{side},\"closure\":[{right},{left}],\"pairs\":{},\"source\":{},\"vectors\":[{}]}}",
@@ -269,10 +263,6 @@ impl ActionLibrary {
             action.vectors.retain(|v| v.vector.norm() >= LEAST);
         }
     }
-}
-
-fn point_names(catalogue: &Catalogue) -> Vec<String> {
-    (crate::tracking::SKIN_LANDMARK_COUNT..catalogue.handles()).map(|h| catalogue.handle_name(h)).collect()
 }
 
 #[cfg(test)]

@@ -115,12 +115,13 @@ impl ClipArgs {
 
     /// How landmarks become motion; a basis is read here.
     pub fn lift(&self, networks: &mut Networks) -> Result<LiftMode, Box<dyn Error>> {
-        let basis = match (self.lift, &self.basis.basis) {
-            (LiftArg::Plane, _) => return Ok(LiftMode::Plane),
-            (LiftArg::Muscles, None) => MuscleBasis::arkit().clone(),
-            (LiftArg::Muscles, Some(_)) => {
-                self.basis.read(MuscleBasis::arkit(), &Gpu::headless()?, &mut networks.tracker)?
-            }
+        if let LiftArg::Plane = self.lift {
+            return Ok(LiftMode::Plane);
+        }
+        let default = MuscleBasis::arkit();
+        let basis = match self.basis.stated(default)? {
+            Some(basis) => basis,
+            None => self.basis.read(default, &Gpu::headless()?, &mut networks.tracker)?,
         };
         Ok(LiftMode::Muscles(Arc::new(basis)))
     }

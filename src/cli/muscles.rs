@@ -6,9 +6,9 @@ use clap::Args;
 use understudy::{
     assets::Assets,
     export::{Draft, write_basis},
-    muscle::{MuscleBasis, MuscleMotor},
-    pipeline::{HeadMode, MuscleShapes, Networks, Stage, Target},
-    rig::{TargetFace, WarpKind, facing},
+    muscle::MuscleBasis,
+    pipeline::{HeadMode, MuscleShapes, Networks, Stage, Target, muscle_motor},
+    rig::WarpKind,
     tracking::TrackerOptions,
     view::{Gpu, Look, Smoothing, save_png},
 };
@@ -106,16 +106,14 @@ impl Muscles {
         if !quiet {
             report(&target);
         }
-        let level = facing(&basis.face, &target.landmarks);
-        let face = TargetFace::new(target.landmarks.clone(), level)?;
-        let motor = MuscleMotor::new(&basis, &face, &target.anatomy, &target.surface, method)?;
+        let (motor, face) = muscle_motor(&basis, &target, method)?;
         let shapes = MuscleShapes { target: &target, motor: &motor };
         for (kind, path) in outputs {
             match kind {
                 Kind::Png => {
                     let (look, still) = (Look::default(), HeadMode::Still);
                     let mut stage =
-                        Stage::new(&gpu, &target, &level, [SIDE; 2], look, still, Smoothing::Samples4)?;
+                        Stage::new(&gpu, &target, &face.level, [SIDE; 2], look, still, Smoothing::Samples4)?;
                     save_png(path, &shapes.sheet(&mut stage)?)?;
                 }
                 Kind::Glb => shapes.write_glb(path)?,

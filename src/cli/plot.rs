@@ -9,12 +9,16 @@ use std::{
 use clap::Args;
 use understudy::{
     capture::{self, Frame, Timestamp},
-    export::{Draft, write_live_link, write_muscle_csv},
-    muscle::{CurveEdits, CurveTake, MuscleCurves, different_moments, find_muscle},
+    export::{Draft, write_live_link, write_muscle_csv, write_text},
+    muscle::{CurveTake, MuscleCurves, different_moments, find_muscle},
     view::{Chart, Moment, as_picture, save_png},
 };
 
-use super::{Outcome, inputs};
+use super::{
+    Outcome,
+    curve_files::{CurveFile, EditArgs},
+    inputs,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -68,9 +72,8 @@ pub struct Plot {
     /// The film of performer or avatar whose pictures stand beside the bars
     #[arg(long, value_name = "FILE", requires = "snapshots")]
     clip: Option<PathBuf>,
-    /// Edits of the curves, in TOML
-    #[arg(long, value_name = "FILE")]
-    edit: Option<PathBuf>,
+    #[command(flatten)]
+    edits: EditArgs,
 }
 
 /// Which moments are shown.
@@ -93,19 +96,16 @@ fn parse_times(text: &str) -> Result<Times, String> {
 enum Kind {
     Svg,
     Png,
-    Muscles,
-    LiveLink,
+    Curves(CurveFile),
 }
 
 impl Kind {
     fn of(path: &Path) -> Result<Self, String> {
+        if let Some(curves) = CurveFile::of(path) {
+            return Ok(Self::Curves(curves));
+        }
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        let ends = [
-            (".svg", Self::Svg),
-            (".png", Self::Png),
-            (".muscles.csv", Self::Muscles),
-            (".livelink.csv", Self::LiveLink),
-        ];
+        let ends = [(".svg", Self::Svg), (".png", Self::Png)];
         ends.into_iter().find(|(end, _)| name.ends_with(end)).map(|(_, kind)| kind).ok_or_else(|| {
             format!("cannot write {}: name it .svg, .png, .muscles.csv or .livelink.csv", path.display())
         })
@@ -116,9 +116,8 @@ impl Plot {
     pub fn run(&self, quiet: bool) -> Outcome {
         let outputs = self.outputs()?;
         let mut take = CurveTake::read(&self.curves)?;
-        if let Some(path) = &self.edit {
-            let edits = CurveEdits::read(path)?;
-            take = take.edited(&edits).map_err(|error| format!("{}: {error}", path.display()))?;
+        if let Some(edits) = self.edits.read()? {
+            take = self.edits.of_take(&edits, take)?;
         }
         let curves = &take.curves;
         let muscles: Vec<usize> = self
@@ -126,7 +125,9 @@ impl Plot {
             .iter()
             .map(|name| find_muscle(curves.muscles(), name.trim()))
             .collect::<Result<_, _>>()?;
-        if outputs.iter().any(|(kind, _)| *kind == Kind::LiveLink) && take.live_link.is_none() {
+        if outputs.iter().any(|(kind, _)| *kind == Kind::Curves(CurveFile::LiveLink))
+            && take.live_link.is_none()
+        {
             return Err(format!(
                 "{} has no head and eyes, which .livelink.csv needs. Write it with `understudy animate -o take.livelink.csv`",
                 self.curves.display()
@@ -135,7 +136,7 @@ impl Plot {
         }
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut title = name(&self.curves);
-        if let Some(path) = &self.edit {
+        if let Some(path) = &self.edits.edit {
             title = format!("{title}, edited by {}", name(path));
         }
         let muscles = (!muscles.is_empty()).then_some(muscles.as_slice());
@@ -143,14 +144,10 @@ impl Plot {
         let chart = self.chart(&title, curves, muscles, &moments)?;
         for (kind, path) in outputs {
             match kind {
-                Kind::Svg => {
-                    let mut draft = Draft::create(path)?;
-                    draft.append(chart.svg()?.as_bytes())?;
-                    draft.commit()?;
-                }
+                Kind::Svg => write_text(path, &chart.svg()?)?,
                 Kind::Png => save_png(path, &chart.picture()?)?,
-                Kind::Muscles => write_muscle_csv(path, curves)?,
-                Kind::LiveLink => {
+                Kind::Curves(CurveFile::Muscles) => write_muscle_csv(path, curves)?,
+                Kind::Curves(CurveFile::LiveLink) => {
                     if let Some(extras) = &take.live_link {
                         write_live_link(path, curves, &extras.angles, extras.base)?;
                     }
@@ -211,7 +208,7 @@ impl Plot {
     /// What to write where; places that cannot be written to are refused before any work is done.
     fn outputs(&self) -> Result<Vec<(Kind, &Path)>, Box<dyn Error>> {
         let mut outputs = Vec::new();
-        let read = [Some(&self.curves), self.clip.as_ref(), self.edit.as_ref()];
+        let read = [Some(&self.curves), self.clip.as_ref(), self.edits.edit.as_ref()];
         let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
         for path in &self.output {
             outputs.push((Kind::of(path)?, path.as_path()));

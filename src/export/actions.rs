@@ -1,4 +1,4 @@
-//! Libraries of action units and bases of muscles as files.
+//! Texts as files: libraries of action units, bases of muscles.
 
 use std::path::Path;
 
@@ -15,7 +15,8 @@ pub fn write_basis(path: &Path, basis: &MuscleBasis) -> Result<(), ExportError> 
     write_text(path, &basis.format())
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
+/// Writes a text beside its place, then renames.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
     let mut draft = Draft::create(path)?;
     draft.append(text.as_bytes())?;
     draft.commit()

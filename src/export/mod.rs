@@ -33,7 +33,7 @@ mod muscle_csv;
 mod obj;
 mod pc2;
 
-pub use actions::{write_basis, write_library};
+pub use actions::{write_basis, write_library, write_text};
 pub use csv::{MotionCsvWriter, MotionRow};
 pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;

@@ -3,6 +3,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::closure::WIDEST;
+
 /// The subject's side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Side {
@@ -29,6 +31,14 @@ pub struct EyeState {
 }
 
 impl EyeState {
+    /// An eye that several actions close or open: of those that close it the strongest counts, and so of those that open
+    /// it.
+    pub fn closed_by(closures: impl Iterator<Item = f64>) -> Self {
+        let most = |(shut, wide): (f64, f64), own| (shut.max(own), wide.min(own));
+        let (shut, wide) = closures.fold((0.0, 0.0), most);
+        Self { closure: (shut + wide).clamp(WIDEST, 1.0), ..Self::default() }
+    }
+
     /// Where it looks: a unit vector in the level frame, +Z in the neutral.
     pub fn direction(&self) -> Vector3<f64> {
         let (across, ahead) = self.yaw.sin_cos();

@@ -13,6 +13,7 @@ use super::{Channel, MuscleError};
 use crate::{
     actions::{ActionLibrary, Catalogue},
     lift::Side,
+    rows::read_text,
 };
 
 const FORMAT: &str = "understudy muscles 1";
@@ -128,7 +129,7 @@ impl MuscleBasis {
     #[must_use]
     pub fn only(&self, keep: impl Fn(&Element) -> bool) -> Self {
         let elements = self.elements.iter().filter(|element| keep(element)).cloned().collect();
-        Self { elements, ..self.clone() }
+        Self { name: self.name.clone(), face: self.face.clone(), elements, turns_jaw: self.turns_jaw }
     }
 
     /// Reads a file that [`MuscleBasis::format`] wrote.
@@ -138,11 +139,7 @@ impl MuscleBasis {
             reason,
             remedy: "Write it with `understudy muscles` or `understudy refine`",
         };
-        let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?.len();
-        if size > MOST_BYTES {
-            return Err(fault(format!("{size} bytes are no basis")));
-        }
-        let text = std::fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
+        let text = read_text(path, MOST_BYTES, "basis").map_err(fault)?;
         Self::parse(&text).map_err(fault)
     }
 
@@ -153,7 +150,7 @@ impl MuscleBasis {
             return Err(format!("its format is {:?}, not {FORMAT:?}", document.format));
         }
         let handles = Catalogue::get().handles();
-        if document.points != point_names() || document.face.len() != handles {
+        if document.points != Catalogue::get().point_names() || document.face.len() != handles {
             return Err("it was made with other control points than this version's".to_owned());
         }
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
@@ -207,7 +204,7 @@ impl MuscleBasis {
             format: FORMAT.to_owned(),
             name: self.name.clone(),
             turns_jaw: self.turns_jaw,
-            points: point_names(),
+            points: Catalogue::get().point_names(),
             face: self.face.iter().map(|p| [rounded(p.x), rounded(p.y), rounded(p.z)]).collect(),
             elements: elements.collect(),
         };
@@ -275,9 +272,4 @@ impl MuscleBasis {
         }
         None
     }
-}
-
-fn point_names() -> Vec<String> {
-    let catalogue = Catalogue::get();
-    (crate::tracking::SKIN_LANDMARK_COUNT..catalogue.handles()).map(|h| catalogue.handle_name(h)).collect()
 }

@@ -44,10 +44,7 @@ pub struct FaceBasis {
 impl FaceBasis {
     /// Carries a basis to the handles of a face by the landmark spline.
     pub fn new(basis: &MuscleBasis, face: &SourceFace) -> Result<Self, MuscleError> {
-        let landmarks = face.points[..crate::tracking::SKIN_LANDMARK_COUNT].iter().copied().map(Some);
-        let mut landmarks: Vec<_> = landmarks.collect();
-        landmarks.resize(crate::tracking::LANDMARK_COUNT, None);
-        let target = TargetFace::new(landmarks, face.level)?;
+        let target = TargetFace::of_source(face)?;
         let transfer = Transfer::new(&SourceFace::average(&basis.face), &target, TransferRule::Spline)?;
         let vectors: Vec<Vec<_>> = basis
             .elements
@@ -107,15 +104,10 @@ impl FaceBasis {
                 }
             }
         }
-        self.add_bow(contractions, out);
-    }
-
-    /// Adds what the jaw's arc differs by from the straight line.
-    pub fn add_bow(&self, contractions: &[f64], out: &mut [Vector3<f64>]) {
-        let Some((jaw, bow)) = &self.bow else { return };
-        let contraction = contractions[*jaw];
-        if contraction != 0.0 {
-            let bow = bow.at(contraction);
+        if let Some((jaw, bow)) = &self.bow
+            && contractions[*jaw] != 0.0
+        {
+            let bow = bow.at(contractions[*jaw]);
             for (point, out) in out.iter_mut().enumerate() {
                 *out += bow(point);
             }

@@ -1,9 +1,9 @@
 //! Which landmark each marker sits at, in memory and in a small file.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use super::MuscleError;
-use crate::tracking::SKIN_LANDMARK_COUNT;
+use crate::{rows::read_text, tracking::SKIN_LANDMARK_COUNT};
 
 /// A file of names is small.
 const MOST_BYTES: u64 = 1 << 20;
@@ -39,11 +39,7 @@ impl MarkerMap {
     /// Reads a mapping file.
     pub fn read(path: &Path) -> Result<Self, MuscleError> {
         let fault = |reason: String| MuscleError::File { path: path.into(), reason, remedy: REMEDY };
-        let size = fs::metadata(path).map_err(|error| fault(error.to_string()))?.len();
-        if size > MOST_BYTES {
-            return Err(fault(format!("{size} bytes are no list of markers")));
-        }
-        let text = fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
+        let text = read_text(path, MOST_BYTES, "list of markers").map_err(fault)?;
         Self::parse(&text).map_err(fault)
     }
 

@@ -1,14 +1,12 @@
 //! A target that muscles move: contractions in, controls and bones out (001 §5: "applying the muscle contractions to
 //! different 3D models").
 
-use std::sync::Arc;
-
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use super::{FaceBasis, MuscleBasis, MuscleError};
 use crate::{
     anatomy::Anatomy,
-    lift::{Expression, EyeState, Eyes, Side, WIDEST_CLOSURE},
+    lift::{Expression, EyeState, Eyes, Side},
     rig::{AvatarFrame, Bones, Drive, LipDrive, Method, Motor, Puppet, SourceFace, TargetFace},
     scan::Surface,
 };
@@ -17,7 +15,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct MuscleMotor {
     drive: Drive,
-    basis: Arc<FaceBasis>,
+    basis: FaceBasis,
 }
 
 impl MuscleMotor {
@@ -43,7 +41,7 @@ impl MuscleMotor {
                 }
             }
         }
-        Ok(Self { drive, basis: Arc::new(FaceBasis::own(&own)) })
+        Ok(Self { drive, basis: FaceBasis::own(&own) })
     }
 
     /// The muscles, on the basis' own face.
@@ -54,21 +52,18 @@ impl MuscleMotor {
     /// What the lids do at these contractions, where nothing else is known of them.
     pub fn eyes(&self, contractions: &[f64]) -> Eyes {
         let eye = |which: usize| {
-            let parts = || {
-                let muscles = self.basis.muscles.iter();
-                muscles.zip(contractions).map(|(muscle, contraction)| muscle.closure[which] * contraction)
-            };
-            let (shut, wide) = (parts().fold(0.0, f64::max), parts().fold(0.0, f64::min));
-            EyeState { closure: (shut + wide).clamp(WIDEST_CLOSURE, 1.0), ..EyeState::default() }
+            let muscles = self.basis.muscles.iter().zip(contractions);
+            EyeState::closed_by(muscles.map(|(muscle, contraction)| muscle.closure[which] * contraction))
         };
         Eyes { right: eye(0), left: eye(1) }
     }
 
     /// Moves controls and bones.
     pub fn pose_contractions(&self, contractions: &[f64], eyes: &Eyes, frame: &mut AvatarFrame) -> Bones {
-        let mut vectors: Vec<Vector3<f64>> = Vec::new();
+        let mut vectors = std::mem::take(&mut frame.scratch);
         self.basis.synthesize(contractions, &mut vectors);
         frame.bones = self.drive.controls(&vectors, eyes, None, &mut frame.controls);
+        frame.scratch = vectors;
         frame.bones
     }
 }

@@ -80,14 +80,20 @@ pub fn write_avatar_glb(path: &Path, target: &Target) -> Result<(), PipelineErro
             shapes.push(shape);
         }
     }
-    let parts = AvatarParts::new(target, &export, &names, &shapes, None);
-    let avatar = GlbAvatar {
-        name: &target.scan.name,
-        parts: &parts.glb_parts(),
-        weights: &[],
-        times: &[],
-        head: None,
-    };
+    write_shapes(path, target, &export, &names, &shapes)
+}
+
+/// Writes a target with its parts as nodes and named shapes of its skin, in metres, as morph targets.
+pub(super) fn write_shapes(
+    path: &Path,
+    target: &Target,
+    export: &OwnMetres,
+    names: &[String],
+    shapes: &[Vec<[f32; 3]>],
+) -> Result<(), PipelineError> {
+    let parts = AvatarParts::new(target, export, names, shapes, None);
+    let name = &target.scan.name;
+    let avatar = GlbAvatar { name, parts: &parts.glb_parts(), weights: &[], times: &[], head: None };
     Ok(write_glb(path, &avatar)?)
 }
 

@@ -5,17 +5,14 @@ use crate::{
     lift::FaceState,
     muscle::{MarkerSeat, MuscleBasis, MuscleError, SeatedTake, Training},
     rig::{SourceFace, TargetFace, Transfer, TransferRule},
-    tracking::{LANDMARK_COUNT, LandmarkState, SKIN_LANDMARK_COUNT},
+    tracking::{LandmarkState, SKIN_LANDMARK_COUNT},
 };
 
 /// All 468 landmarks of a clip as markers, their displacements carried from the performer's face to that of `basis` by the
 /// landmark spline. Landmarks that a frame does not observe are not seen in it.
 pub fn motion_markers(motion: &Motion, basis: &MuscleBasis) -> Result<SeatedTake, PipelineError> {
-    let mut landmarks: Vec<_> = basis.face[..SKIN_LANDMARK_COUNT].iter().copied().map(Some).collect();
-    landmarks.resize(LANDMARK_COUNT, None);
-    let average = SourceFace::average(&basis.face);
     let performer = SourceFace::performer(&motion.performer);
-    let transfer = TargetFace::new(landmarks, average.level)
+    let transfer = TargetFace::of_source(&SourceFace::average(&basis.face))
         .and_then(|target| Transfer::new(&performer, &target, TransferRule::Spline))
         .map_err(MuscleError::from)?;
     let frames = motion.frames.iter().map(|frame| {

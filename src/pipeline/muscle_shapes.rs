@@ -5,12 +5,9 @@ use std::path::Path;
 use image::RgbaImage;
 use nalgebra::Vector3;
 
-use super::{
-    PipelineError, Stage, Target,
-    glb_parts::{AvatarParts, OwnMetres},
-};
+use super::{PipelineError, Stage, Target, avatar_glb::write_shapes, glb_parts::OwnMetres};
 use crate::{
-    export::{GlbAvatar, write_glb, write_obj},
+    export::write_obj,
     muscle::MuscleMotor,
     rig::{AvatarFrame, Motor},
     scan::Mesh,
@@ -91,11 +88,6 @@ impl MuscleShapes<'_> {
             names.push(muscle.name.clone());
             shapes.push(shape.collect::<Vec<_>>());
         }
-        let parts = AvatarParts::new(self.target, &export, &names, &shapes, None);
-        let name = &self.target.scan.name;
-        Ok(write_glb(
-            path,
-            &GlbAvatar { name, parts: &parts.glb_parts(), weights: &[], times: &[], head: None },
-        )?)
+        write_shapes(path, self.target, &export, &names, &shapes)
     }
 }

@@ -10,7 +10,7 @@ use crate::{
     anatomy::SidedSkin,
     muscle::{Channel, Element, MuscleBasis, MuscleError, Part},
     scan::{read_mesh, read_morphs},
-    tracking::Tracker,
+    tracking::{Tracker, index},
     view::Gpu,
 };
 
@@ -113,7 +113,7 @@ fn read_glb(path: &Path) -> Result<(PathBuf, Vec<Sculpt>), PipelineError> {
 
 /// Upper where most of the motion lies above the lower lids.
 fn part_of(vectors: &[Vector3<f64>], face: &[Point3<f64>]) -> Part {
-    let line = f64::midpoint(face[145].y, face[374].y);
+    let line = f64::midpoint(face[index::RIGHT_LID_LOWER].y, face[index::LEFT_LID_LOWER].y);
     let sum = |above: bool| -> f64 {
         let own = vectors.iter().zip(face).filter(|(_, p)| (p.y > line) == above);
         own.map(|(v, _)| v.norm_squared()).sum()

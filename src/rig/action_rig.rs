@@ -9,7 +9,7 @@ use crate::{
     actions::{ActionKey, ActionLibrary, ActionWeights, MOST_PULLS, Merge, merge},
     anatomy::Anatomy,
     head::rotation_between,
-    lift::{EyeState, Eyes, Side, WIDEST_CLOSURE},
+    lift::{EyeState, Eyes, Side},
     scan::Surface,
     tracking::{LANDMARK_COUNT, is_still},
 };
@@ -92,17 +92,11 @@ impl ActionRig {
         frame.bones
     }
 
-    /// What the lids do at these magnitudes: of several actions that close an eye the strongest counts, and so of those
-    /// that open it.
+    /// What the lids do at these magnitudes.
     pub fn eyes(&self, weights: &ActionWeights) -> Eyes {
         let eye = |which: usize| {
-            let parts = || {
-                weights
-                    .iter()
-                    .filter_map(|(key, magnitude)| Some(self.action(key)?.closure[which] * magnitude))
-            };
-            let (shut, wide) = (parts().fold(0.0, f64::max), parts().fold(0.0, f64::min));
-            EyeState { closure: (shut + wide).clamp(WIDEST_CLOSURE, 1.0), ..EyeState::default() }
+            let own = |(key, magnitude): (ActionKey, f64)| Some(self.action(key)?.closure[which] * magnitude);
+            EyeState::closed_by(weights.iter().filter_map(own))
         };
         Eyes { right: eye(0), left: eye(1) }
     }

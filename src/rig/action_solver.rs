@@ -47,10 +47,7 @@ pub struct ActionSolver {
 impl ActionSolver {
     /// For a performer's neutral.
     pub fn new(library: &ActionLibrary, performer: &SourceFace) -> Result<Self, RigError> {
-        let landmarks = performer.points[..SKIN_LANDMARK_COUNT].iter().copied().map(Some);
-        let mut landmarks: Vec<_> = landmarks.collect();
-        landmarks.resize(crate::tracking::LANDMARK_COUNT, None);
-        let face = TargetFace::new(landmarks, performer.level)?;
+        let face = TargetFace::of_source(performer)?;
         let to_performer = Transfer::new(&SourceFace::library(library), &face, TransferRule::Spline)?;
         let actions: Vec<Action> =
             library.actions.iter().filter(|action| SEEN.contains(&action.key.au)).cloned().collect();

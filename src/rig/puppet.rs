@@ -32,7 +32,7 @@ pub struct AvatarFrame {
     /// How the rigid parts move within the head, in the same frame.
     pub bones: Bones,
     /// Room for the source's vectors, so that a frame allocates nothing.
-    pub(super) scratch: Vec<Vector3<f64>>,
+    pub(crate) scratch: Vec<Vector3<f64>>,
 }
 
 /// The motions of what does not bend, within the head. Target's scan frame, millimetres.

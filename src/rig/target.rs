@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3, center};
 
-use super::RigError;
-use crate::tracking::{LANDMARK_COUNT, index};
+use super::{RigError, SourceFace};
+use crate::tracking::{LANDMARK_COUNT, SKIN_LANDMARK_COUNT, index};
 
 /// Landmarks that a target cannot do without: eyes, nose and mouth.
 const FEWEST: usize = 40;
@@ -31,6 +31,13 @@ impl TargetFace {
             return Err(RigError::TooFewLandmarks { found, wanted: FEWEST });
         }
         Ok(Self { landmarks, level })
+    }
+
+    /// The landmarks of a face from which motion comes, as a face to which it is carried.
+    pub fn of_source(face: &SourceFace) -> Result<Self, RigError> {
+        let mut landmarks: Vec<_> = face.points[..SKIN_LANDMARK_COUNT].iter().copied().map(Some).collect();
+        landmarks.resize(LANDMARK_COUNT, None);
+        Self::new(landmarks, face.level)
     }
 
     /// Distance between two landmarks, millimetres; 0 where one is missing.

@@ -5,6 +5,8 @@ use std::ops::Range;
 use plotters::{coord::Shift, drawing::DrawingAreaErrorKind, prelude::*, style::text_anchor::Pos};
 use plotters_backend::text_anchor::{HPos, VPos};
 
+use crate::rows::short;
+
 /// Of a whole chart, in units; two make a pixel of an SVG.
 pub(super) const WIDTH: u32 = 2400;
 /// Left of every panel: its name, and the numbers of its axis.
@@ -153,13 +155,6 @@ pub(super) fn shortened(name: &str) -> String {
     }
     let (start, end) = (&letters[..MOST / 2], &letters[letters.len() + 2 - MOST / 2..]);
     start.iter().chain(&['.', '.']).chain(end).collect()
-}
-
-/// A number of an axis without needless zeros.
-pub(super) fn short(value: f64) -> String {
-    let text = format!("{value:.3}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
 }
 
 #[cfg(test)]

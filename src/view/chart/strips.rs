@@ -5,8 +5,11 @@ use std::ops::Range;
 use plotters::prelude::*;
 use plotters_backend::text_anchor::{HPos, VPos};
 
-use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, short, shortened, whole, words};
-use crate::muscle::{Channel, MuscleCurves, Part};
+use super::panel::{Area, Drawn, INK, LEFT, PALE_INK, RIGHT, WIDTH, shortened, whole, words};
+use crate::{
+    muscle::{Channel, MuscleCurves, Part},
+    rows::short,
+};
 
 /// Of a strip, units.
 const ROW: u32 = 26;
