@@ -24,6 +24,8 @@ pub mod rig;
 
 pub mod muscle;
 
+pub mod appearance;
+
 pub mod export;
 pub mod view;
 
