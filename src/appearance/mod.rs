@@ -2,8 +2,14 @@
 //!
 //! `docs/appearance.md` shows it, `docs/benchmarks/appearance.md` says how well it is told.
 
+mod area;
+mod face_frame;
 mod region;
 mod states;
+mod volume;
 
+pub use area::Area;
+pub use face_frame::{Anchor, FACE_WIDTH, FRAME_SIZE, FaceFrame};
 pub use region::{Detail, REGION_COUNT, Region};
 pub use states::AppearanceStates;
+pub use volume::{FEWEST_LAYERS, Layer, MOST_LAYERS, Patch, TextureVolume};

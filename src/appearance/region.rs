@@ -121,6 +121,11 @@ impl Region {
         }
     }
 
+    /// Whether it is on the subject's left.
+    pub fn is_left(self) -> bool {
+        matches!(self, Self::CrowsFeetLeft | Self::NasolabialLeft | Self::EyeLeft | Self::MouthCornerLeft)
+    }
+
     /// Whether it is an eye, whose lids the landmarks follow.
     pub fn is_eye(self) -> bool {
         self.detail() == Detail::Lids
