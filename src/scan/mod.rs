@@ -20,6 +20,7 @@ mod unit;
 
 mod normals;
 mod surface;
+mod tessellate;
 
 mod landmark_file;
 mod landmark_json;
@@ -40,5 +41,6 @@ pub use placement::{Placement, PlacementError};
 pub use read::{MAX_FILE_BYTES, MeshFormat, read_mesh, read_mesh_bytes, read_morphs};
 pub use scanned::Scan;
 pub use surface::{Anchor, Surface, SurfacePoint};
+pub use tessellate::tessellate;
 pub use unit::{LengthUnit, guess_from_outer_canthal_distance, guess_unit};
 pub use validate::{MAX_COORDINATE, MAX_TRIANGLES, MAX_VERTICES, MeshFault};
