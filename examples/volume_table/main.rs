@@ -30,7 +30,7 @@ use understudy::{
 };
 
 /// Pictures a second of a folder of pictures.
-pub const RATE: FrameRate = FrameRate { numerator: 25, denominator: 1 };
+const RATE: FrameRate = FrameRate { numerator: 25, denominator: 1 };
 /// The set-up's clips.
 const CLIPS: [&str; 3] = ["cap13", "cap12", "carphone"];
 /// One frame in so many is measured.
@@ -47,17 +47,20 @@ struct Arguments {
     /// Seconds of the first clip to picture, may be given several times
     #[arg(long = "at", value_name = "SECONDS", default_values_t = [0.5, 2.88, 18.6, 11.84])]
     moments: Vec<f64>,
+    /// Degrees from which the scan is seen, from the subject's left if positive
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    yaw: f64,
     /// A picture of the performer, Hardy, Gaussian and the default drive
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 /// A solved clip.
-pub struct Take {
-    pub path: PathBuf,
-    pub name: String,
-    pub performance: Performance,
-    pub motion: Motion,
+struct Take {
+    path: PathBuf,
+    name: String,
+    performance: Performance,
+    motion: Motion,
 }
 
 /// A way to drive the scan, by its name in the table.
@@ -119,7 +122,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ("Gaussian, stiffness x 3", ways()[10].1),
                 ("--drive landmarks", DriveMode::Landmarks),
             ];
-            picture::draw(output, &gpu, &take, &target, &face, &modes, &arguments.moments)?;
+            picture::draw(output, &gpu, &take, &target, &face, &modes, (&arguments.moments, arguments.yaw))?;
             println!("wrote {}\n", output.display());
         }
     }
@@ -144,7 +147,7 @@ fn solve(clip: &Path, assets: &Assets, networks: &mut Networks) -> Result<Take, 
 }
 
 /// Ties performer and target in one way.
-pub fn rig(take: &Take, target: &Target, face: &TargetFace, mode: DriveMode) -> Result<Rig, Box<dyn Error>> {
+fn rig(take: &Take, target: &Target, face: &TargetFace, mode: DriveMode) -> Result<Rig, Box<dyn Error>> {
     let (library, performer) = (ActionLibrary::built_in(), &take.motion.performer);
     let (anatomy, surface) = (&target.anatomy, &target.surface);
     Ok(Rig::driven_by(mode, library, performer, face, anatomy, surface, Method::default())?)

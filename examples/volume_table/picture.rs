@@ -4,7 +4,7 @@ use std::{error::Error, path::Path};
 
 use image::{RgbaImage, imageops};
 use understudy::{
-    capture::{self, Frame, FrameSource as _},
+    capture::{self, Frame},
     pipeline::{HeadMode, Stage, Target},
     rig::{DriveMode, TargetFace},
     tracking::index,
@@ -25,7 +25,7 @@ pub fn draw(
     target: &Target,
     face: &TargetFace,
     modes: &[(&str, DriveMode)],
-    moments: &[f64],
+    (moments, yaw): (&[f64], f64),
 ) -> Result<(), Box<dyn Error>> {
     let frames = &take.motion.frames;
     let shown: Vec<usize> = moments
@@ -35,7 +35,7 @@ pub fn draw(
     let (look, smoothing) = (Look::default(), Smoothing::Samples4);
     let mut stage = Stage::new(gpu, target, &face.level, [SIDE; 2], look, HeadMode::Still, smoothing)?;
     let (centre, eyes) = target.centre_and_eyes();
-    stage.look_at(centre, RADIUS * eyes, 0.0);
+    stage.look_at(centre, RADIUS * eyes, yaw.to_radians());
     let rigs = modes.iter().map(|(_, mode)| rig(take, target, face, *mode)).collect::<Result<Vec<_>, _>>()?;
     let mut cells: Vec<(RgbaImage, String)> = Vec::new();
     for &frame in &shown {
