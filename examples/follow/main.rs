@@ -60,9 +60,9 @@ struct Arguments {
     /// Lift by the picture's plane in place of the muscles
     #[arg(long)]
     plane: bool,
-    /// Drive by volume morphing from 18 points in place of all landmarks
-    #[arg(long)]
-    volume: bool,
+    /// Drive by volume morphing from 18 points in place of all landmarks, with this λ
+    #[arg(long, value_name = "LAMBDA", num_args = 0..=1, default_missing_value = "0.01")]
+    volume: Option<f64>,
 }
 
 /// A tracked and solved clip.
@@ -112,8 +112,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for clip in &clips {
         let take = solve(clip, &assets, &mut networks, &solving)?;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-        let mode =
-            if arguments.volume { DriveMode::Volume(VolumeMorph::default()) } else { DriveMode::Landmarks };
+        let mode = arguments.volume.map_or(DriveMode::Landmarks, |lambda| {
+            DriveMode::Volume(VolumeMorph { lambda, ..VolumeMorph::default() })
+        });
         let (library, performer) = (ActionLibrary::built_in(), &take.motion.performer);
         let (anatomy, surface) = (&target.anatomy, &target.surface);
         let rig = Rig::driven_by(mode, library, performer, &face, anatomy, surface, Method::default())?;
