@@ -8,7 +8,7 @@ use understudy::spline::{
     Factored, Flatness, Input, Kernel, Options, Polynomial, Regularisation, Spline, SplineError,
 };
 
-const ALL: [Kernel; 4] = [Kernel::Linear, Kernel::ThinPlate, Kernel::Cubic, Kernel::Hardy];
+const ALL: [Kernel; 5] = [Kernel::Linear, Kernel::ThinPlate, Kernel::Cubic, Kernel::Hardy, Kernel::Gaussian];
 
 /// n points scattered evenly over a face-sized box in millimetres, off the origin: the R3 sequence.
 fn scattered(n: usize) -> Vec<Point3<f64>> {
@@ -301,6 +301,12 @@ fn refusals_say_what_was_found() {
     let options = Options { polynomial: Polynomial::Constant, ..Options::default() };
     let found = Factored::new(Kernel::Cubic, &good, options).unwrap_err();
     assert!(matches!(found, SplineError::PolynomialTooLow { kernel: Kernel::Cubic, .. }));
+
+    for stiffness in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let options = Options { stiffness, ..Options::default() };
+        let found = Factored::new(Kernel::Gaussian, &good, options).unwrap_err();
+        assert!(matches!(found, SplineError::Stiffness { .. }), "{found}");
+    }
 
     let spread = [Point3::new(-1e200, 0.0, 0.0), Point3::new(1e200, 1.0, 0.0), good[0], good[1]];
     assert!(matches!(fit(&spread, Options::default()), Err(SplineError::Extent { .. })));

@@ -5,7 +5,13 @@ use proptest::prelude::*;
 use understudy::spline::{Kernel, Options, Regularisation, Spline, SplineError, Warp};
 
 fn kernels() -> impl Strategy<Value = Kernel> {
-    prop_oneof![Just(Kernel::Linear), Just(Kernel::ThinPlate), Just(Kernel::Cubic), Just(Kernel::Hardy)]
+    prop_oneof![
+        Just(Kernel::Linear),
+        Just(Kernel::ThinPlate),
+        Just(Kernel::Cubic),
+        Just(Kernel::Hardy),
+        Just(Kernel::Gaussian)
+    ]
 }
 
 fn vectors(limit: f64, count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Vector3<f64>>> {

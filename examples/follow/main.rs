@@ -26,13 +26,14 @@ use clap::Parser;
 use curves::{Following, following};
 use readings::{MEASURES, Reader, Reading, seen};
 use understudy::{
+    actions::ActionLibrary,
     assets::Assets,
     capture::{self, FrameRate},
     pipeline::{
         Animation, HeadMode, LiftMode, Motion, Networks, Performance, SolveOptions, Stopwatch, Target,
         TargetOptions, read_canonical_face,
     },
-    rig::{Method, Rig},
+    rig::{DriveMode, Method, Rig, VolumeMorph},
     tracking::TrackerOptions,
     view::Gpu,
 };
@@ -59,6 +60,9 @@ struct Arguments {
     /// Lift by the picture's plane in place of the muscles
     #[arg(long)]
     plane: bool,
+    /// Drive by volume morphing from 18 points in place of all landmarks, with this λ
+    #[arg(long, value_name = "LAMBDA", num_args = 0..=1, default_missing_value = "0.01")]
+    volume: Option<f64>,
 }
 
 /// A tracked and solved clip.
@@ -108,8 +112,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for clip in &clips {
         let take = solve(clip, &assets, &mut networks, &solving)?;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-        let rig =
-            Rig::new(&take.motion.performer, &face, &target.anatomy, &target.surface, Method::default())?;
+        let mode = arguments.volume.map_or(DriveMode::Landmarks, |lambda| {
+            DriveMode::Volume(VolumeMorph { lambda, ..VolumeMorph::default() })
+        });
+        let (library, performer) = (ActionLibrary::built_in(), &take.motion.performer);
+        let (anatomy, surface) = (&target.anatomy, &target.surface);
+        let rig = Rig::driven_by(mode, library, performer, &face, anatomy, surface, Method::default())?;
         let follower = Follower::new(&face, &target.anatomy)?;
         let curves = compare(&take, &rig, &follower)?;
         if let Some(folder) = &arguments.output {

@@ -167,6 +167,7 @@ fn label(row: &Row) -> String {
         Kernel::ThinPlate => "r² ln r²",
         Kernel::Cubic => "r³",
         Kernel::Hardy => "Hardy",
+        Kernel::Gaussian => "Gaussian",
     };
     let handles = match row.handles {
         Handles::Ibug68 => "68",

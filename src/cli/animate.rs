@@ -23,6 +23,7 @@ use super::{
     method::{MethodArgs, library},
     progress,
     target::{ScanArgs, parse_size, report, report_anatomy},
+    volume::VolumeArgs,
 };
 
 const EXAMPLES: &str = "\
@@ -32,6 +33,8 @@ Examples:
   understudy animate clip.mp4 --target scan.ply --compare -o both.mp4 -o preview.png
   understudy animate clip.mp4 --target bust.glb --head still --preset thesis -o avatar.mp4
   understudy animate clip.mp4 --target scan.obj --drive muscles --edit edits.toml -o avatar.mp4
+  understudy animate clip.mp4 --target scan.obj --drive volume -o avatar.mp4
+  understudy animate clip.mp4 --target scan.obj --drive volume --points 68 --lambda 0.001 -o avatar.glb
   understudy animate clip.mp4 --target scan.obj -o take.muscles.csv -o take.livelink.csv
   understudy animate clip.mp4 --target a.obj --target b.ply -o avatar.mp4     avatar.a.mp4, avatar.b.mp4
 
@@ -75,6 +78,8 @@ pub struct Animate {
     #[arg(long, value_enum, default_value_t = DriveArg::Landmarks)]
     drive: DriveArg,
     #[command(flatten)]
+    volume: VolumeArgs,
+    #[command(flatten)]
     edits: EditArgs,
     /// A library of action units, written by `author`, in place of the built-in one
     #[arg(long, value_name = "FILE")]
@@ -105,15 +110,19 @@ enum DriveArg {
     Actions,
     /// The contractions of the muscles of --basis
     Muscles,
+    /// A few landmarks and thirteen points around the face that stay, through space (Fidaleo et al.)
+    Volume,
 }
 
 impl Animate {
     pub fn run(&self, quiet: bool) -> Outcome {
         let edits = self.edits.read()?;
         let by_muscles = matches!(self.drive, DriveArg::Muscles);
+        let by_volume = matches!(self.drive, DriveArg::Volume);
         if edits.is_some() && !by_muscles {
             return Err("--edit changes contractions, which move nothing here. Add --drive muscles".into());
         }
+        self.check_volume()?;
         if self.target.len() > 1 && self.scan.landmarks().is_some() {
             return Err("--landmarks belongs to one scan. Animate one --target at a time with it".into());
         }
@@ -129,7 +138,7 @@ impl Animate {
         let mut targets = Vec::new();
         for path in &self.target {
             let mut target = Target::load(path, &self.scan.options(), &gpu, &mut networks.tracker)?;
-            if self.method.method().warp != WarpKind::Regions {
+            if by_volume || self.method.method().warp != WarpKind::Regions {
                 target.prepare(&gpu)?;
                 report_anatomy(&target);
             }
@@ -265,6 +274,7 @@ impl Animate {
         let driven = |mode| Rig::driven_by(mode, library, performer, face, anatomy, surface, method);
         Ok(match (self.drive, &motion.basis) {
             (DriveArg::Actions, _) => driven(DriveMode::Actions)?,
+            (DriveArg::Volume, _) => driven(DriveMode::Volume(self.volume.morph()))?,
             // Contractions are nobody's: they mean the same whoever the performer was.
             (DriveArg::Muscles, Some(basis)) => {
                 let (motor, _) = muscle_motor(basis, target, method)?;
@@ -272,6 +282,22 @@ impl Animate {
             }
             (DriveArg::Landmarks, _) | (DriveArg::Muscles, None) => driven(DriveMode::Landmarks)?,
         })
+    }
+
+    /// The volume's options belong to it, and it is a warp of its own.
+    fn check_volume(&self) -> Outcome {
+        let by_volume = matches!(self.drive, DriveArg::Volume);
+        match (by_volume, self.volume.given(), self.method.names_warp()) {
+            (false, Some(option), _) => {
+                Err(format!("{option} is the volume's and moves nothing here. Add --drive volume").into())
+            }
+            (true, _, true) => {
+                Err("--drive volume spreads motion in its own way. Leave out --warp and --preset, or \
+                                    choose another drive"
+                    .into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn outputs(&self) -> Result<Outputs, Box<dyn Error>> {

@@ -53,6 +53,11 @@ enum PresetArg {
 }
 
 impl MethodArgs {
+    /// Whether a warp was asked for, by itself or with a preset.
+    pub fn names_warp(&self) -> bool {
+        self.warp.is_some() || self.preset.is_some()
+    }
+
     pub fn method(&self) -> Method {
         let mut method = match self.preset {
             Some(PresetArg::Thesis) => Method::THESIS,

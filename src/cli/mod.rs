@@ -30,6 +30,7 @@ mod refine;
 mod render;
 mod target;
 mod track;
+mod volume;
 
 use std::{error::Error, io, process::ExitCode};
 

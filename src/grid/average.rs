@@ -15,8 +15,11 @@ pub fn morph(
     to: &[Point3<f64>],
     smoothness: f64,
 ) -> Result<(), GridError> {
-    let options =
-        Options { regularisation: Regularisation::UnitBox(smoothness), polynomial: Polynomial::Affine };
+    let options = Options {
+        regularisation: Regularisation::UnitBox(smoothness),
+        polynomial: Polynomial::Affine,
+        ..Options::default()
+    };
     let displacements: Vec<Vector3<f64>> = from.iter().zip(to).map(|(from, to)| to - from).collect();
     let spline = Spline::fit(Kernel::ThinPlate, from, &displacements, options)?;
     for p in positions {

@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{MarkerSeat, MuscleError};
 use crate::{
-    spline::{Factored, Kernel, Options, Polynomial, Regularisation, SplineError},
+    spline::{Factored, Kernel, Options, Polynomial, SplineError},
     tracking::{SKIN_LANDMARK_COUNT, is_still},
 };
 
@@ -51,7 +51,7 @@ impl Completion {
                 centres.push(place);
             }
         }
-        let options = Options { regularisation: Regularisation::None, polynomial: Polynomial::Constant };
+        let options = Options { polynomial: Polynomial::Constant, ..Options::default() };
         let spline = Factored::new(Kernel::Linear, &centres, options).map_err(|error| fault(&error))?;
         Ok(Self { spline, markers, handles: handles.to_vec() })
     }

@@ -6,8 +6,8 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 
 use super::{
     ActionRig, ActionSolver, AvatarFrame, Bones, Controls, Drive, LipDrive, Method, Motor, RigError,
-    SourceFace, TargetFace,
-    motor::{ActionMotor, LandmarkMotor},
+    SourceFace, TargetFace, VolumeMorph, WarpKind,
+    motor::{ActionMotor, LandmarkMotor, VolumeMotor},
     target::PIVOT_DEPTH,
 };
 use crate::{
@@ -21,13 +21,15 @@ use crate::{
 };
 
 /// What of the performer drives the target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum DriveMode {
     /// The landmarks' own displacements, and the folds of the actions that they show.
     #[default]
     Landmarks,
     /// Action units: their magnitudes are measured, and the library moves the target by them.
     Actions,
+    /// Some of the landmarks' displacements through a volume morph, which takes the place of the method's warp.
+    Volume(VolumeMorph),
 }
 
 /// Everything that stays the same from frame to frame.
@@ -76,6 +78,10 @@ impl Rig {
             DriveMode::Landmarks => {
                 let drive = Drive::new(&source, target, anatomy, surface, method)?;
                 Arc::new(LandmarkMotor::new(drive, &source, library, own)?)
+            }
+            DriveMode::Volume(morph) => {
+                let method = Method { warp: WarpKind::Volume(morph), ..method };
+                Arc::new(VolumeMotor { drive: Drive::new(&source, target, anatomy, surface, method)? })
             }
             // What was solved as a sum is shown as a sum.
             DriveMode::Actions => {

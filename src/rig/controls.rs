@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::TargetFace;
 use crate::{
     actions::Catalogue,
-    anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, Lip, UPPER_INNER, eye_landmarks},
+    anatomy::{Anatomy, INNER_CORNERS, LOWER_INNER, Lip, RimNode, UPPER_INNER, eye_landmarks},
     lift::Side,
     scan::{Mesh, Surface},
     tracking::{Region, SKIN_LANDMARK_COUNT, index, landmark_table},
@@ -56,13 +56,14 @@ impl Controls {
     /// Landmarks found on the target serve as they are; those not found are carried over from the performer by the
     /// landmark spline and snapped to the nearest point of the surface (000 §5.6.1). On an opened target the lips' inner
     /// rims are driven at the cut, and lids are left to their own shapes. `points` are the catalogue's control points on
-    /// the target.
+    /// the target, `taken` says which landmarks are to be controls.
     pub fn new(
         target: &TargetFace,
         carried: &dyn Fn(usize) -> Option<Point3<f64>>,
         points: &[Option<Point3<f64>>],
         anatomy: &Anatomy,
         surface: &Surface,
+        taken: &dyn Fn(usize) -> bool,
     ) -> Self {
         let mut controls =
             Self { drivers: Vec::new(), rest: Vec::new(), lips: Vec::new(), anchors: Vec::new() };
@@ -70,12 +71,12 @@ impl Controls {
         let mouth_height = target.landmarks[index::MOUTH_LEFT].map_or(0.0, |place| height(&place));
         let is_prepared = anatomy.jaw.is_some();
         if let Some(mouth) = &anatomy.mouth {
-            for (node, rim) in mouth.nodes.iter().enumerate() {
+            for (node, rim) in mouth.nodes.iter().enumerate().filter(|(_, rim)| is_between(rim, taken)) {
                 controls.push(Driver::Rim { node, lower: false }, rim.rest[0], Lip::Upper);
                 controls.push(Driver::Rim { node, lower: true }, rim.rest[1], Lip::Lower);
             }
         }
-        for landmark in 0..SKIN_LANDMARK_COUNT {
+        for landmark in (0..SKIN_LANDMARK_COUNT).filter(|&landmark| taken(landmark)) {
             let mut place =
                 target.landmarks[landmark].or_else(|| Some(surface.nearest(carried(landmark)?)?.position));
             let mut driver = Driver::Landmark(landmark);
@@ -135,6 +136,16 @@ impl Controls {
             self.lips.push(lip);
         }
     }
+}
+
+/// Whether the landmarks by which a rim's node is driven are all `taken`.
+fn is_between(node: &RimNode, taken: &dyn Fn(usize) -> bool) -> bool {
+    let is_taken = |station: usize| match station.checked_sub(1) {
+        None => taken(INNER_CORNERS[0]),
+        Some(pair) if pair < UPPER_INNER.len() => taken(UPPER_INNER[pair]) && taken(LOWER_INNER[pair]),
+        Some(_) => taken(INNER_CORNERS[1]),
+    };
+    is_taken(node.station) && (node.share <= 0.0 || is_taken(node.station + 1))
 }
 
 /// Whether a landmark lies on an eye's corner or on the rim of its lids, and not in the folds around them.

@@ -1,5 +1,7 @@
 //! Named choices: the rule for vectors, and the warp that spreads them. `docs/benchmarks/transfer.md` compares them.
 
+use super::VolumeMorph;
+
 /// How a displacement on the source becomes one on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TransferRule {
@@ -17,7 +19,7 @@ pub enum TransferRule {
 }
 
 /// How the controls' displacements reach every vertex.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum WarpKind {
     /// Over the surface: cotangent bilaplacian with the controls as handles. Where the mesh is too broken or too large
     /// for it, the spline takes its place.
@@ -27,10 +29,12 @@ pub enum WarpKind {
     Spline,
     /// 000 §5.6.2: the face divided at the tip of the nose, a spline of kernel r² ln r² for either region.
     Regions,
+    /// 002 §IV: through space from few landmarks, still at the face's edge.
+    Volume(VolumeMorph),
 }
 
 /// Rule and warp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Method {
     /// For vectors.
     pub rule: TransferRule,

@@ -22,6 +22,7 @@ mod spread;
 mod target;
 mod teeth_guard;
 mod transfer;
+mod volume;
 
 pub use action_rig::{ActionRig, facing};
 pub use action_solver::ActionSolver;
@@ -36,3 +37,4 @@ pub use puppet::{AvatarFrame, Bones, Puppet};
 pub use source::SourceFace;
 pub use target::TargetFace;
 pub use transfer::Transfer;
+pub use volume::{TRACKED_18, VolumeMorph, VolumePoints};

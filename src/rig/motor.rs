@@ -69,6 +69,28 @@ impl Motor for LandmarkMotor {
     }
 }
 
+/// The landmarks' own displacements, and nothing besides: volume morphing (002 §IV).
+#[derive(Debug, Clone)]
+pub(super) struct VolumeMotor {
+    pub drive: Drive,
+}
+
+impl Motor for VolumeMotor {
+    fn puppet(&self) -> &Puppet {
+        &self.drive.puppet
+    }
+
+    fn lips(&self) -> Option<&LipDrive> {
+        self.drive.lips.as_ref()
+    }
+
+    fn pose_controls(&self, expression: &Expression, camera: &Point3<f64>, frame: &mut AvatarFrame) -> Bones {
+        let vectors = &expression.displacements.vectors;
+        frame.bones = self.drive.controls(vectors, &expression.eyes, Some(camera), &mut frame.controls);
+        frame.bones
+    }
+}
+
 /// Action units that are measured on the performer, and a library that moves the target by them.
 #[derive(Debug, Clone)]
 pub(super) struct ActionMotor {

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use super::{
     Controls, Driver, RigError, TargetFace, WarpKind, regions::split_warp, skin::SkinWarp,
-    teeth_guard::room_before_teeth,
+    teeth_guard::room_before_teeth, volume::phantoms,
 };
 use crate::{
     anatomy::{Anatomy, CHIN, Jaw, JawPose, Part, PartKind},
@@ -95,13 +95,24 @@ impl Puppet {
         points: &[Option<Point3<f64>>],
         warp: WarpKind,
     ) -> Result<Self, RigError> {
-        let controls = Controls::new(target, carried, points, anatomy, surface);
+        let controls = match warp {
+            WarpKind::Volume(morph) => {
+                let taken = |landmark| morph.points.contains(landmark);
+                let mut controls = Controls::new(target, carried, &[], anatomy, surface, &taken);
+                controls.anchors =
+                    phantoms(|landmark| target.landmarks[landmark].or_else(|| carried(landmark)));
+                controls
+            }
+            _ => Controls::new(target, carried, points, anatomy, surface, &|_| true),
+        };
         let (vertices, most) = (anatomy.soft_vertices(), MOST_SHARES / controls.rest.len().max(1));
         if vertices > most {
             return Err(RigError::TooManyVertices { vertices, most });
         }
         let skin = match warp {
-            WarpKind::Surface | WarpKind::Spline => SkinWarp::new(target, &controls, anatomy, warp)?,
+            WarpKind::Surface | WarpKind::Spline | WarpKind::Volume(_) => {
+                SkinWarp::new(target, &controls, anatomy, warp)?
+            }
             WarpKind::Regions => {
                 let positions = &anatomy.mesh.positions[..vertices];
                 SkinWarp::plain(split_warp(target, &controls, positions)?)

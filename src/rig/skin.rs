@@ -54,8 +54,12 @@ impl SkinWarp {
         let points = Points::of(anatomy);
         let held = HeldVertex::all(anatomy, controls);
         let spline = spread(target, controls, anatomy, &points, &held, kind)?;
-        let bone =
-            anatomy.jaw.map(|jaw| JawShares::new(target, controls, anatomy, &points, jaw)).transpose()?;
+        let shares = |jaw| match kind {
+            // There the morph alone moves the skin; the bone moves teeth, tongue and what of the cavity hangs on it.
+            WarpKind::Volume(_) => Ok(JawShares::none(controls, &points, jaw)),
+            _ => JawShares::new(target, controls, anatomy, &points, jaw),
+        };
+        let bone = anatomy.jaw.map(shares).transpose()?;
         let jaw = bone.is_some().then_some(controls.rest.len());
         let mut columns = controls.rest.len() + if jaw.is_some() { RIGID } else { 0 };
         let lids = [0, 1].map(|eye| {
@@ -229,6 +233,15 @@ impl JawShares {
         let at_controls =
             controls.rest.iter().zip(&controls.lips).map(|(p, lip)| share(p, side(*lip))).collect();
         Ok(Self { at_points, at_controls, pivot: jaw.pivot })
+    }
+
+    /// Of skin that does not go with it.
+    fn none(controls: &Controls, points: &Points, jaw: Jaw) -> Self {
+        Self {
+            at_points: vec![0.0; points.places.len()],
+            at_controls: vec![0.0; controls.rest.len()],
+            pivot: jaw.pivot,
+        }
     }
 
     /// One of the four columns at all points.

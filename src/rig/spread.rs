@@ -6,7 +6,9 @@
 
 use nalgebra::Point3;
 
-use super::{Controls, RigError, TargetFace, WarpKind, controls::Driver, skin::HeldVertex};
+use super::{
+    Controls, RigError, TargetFace, VolumeMorph, WarpKind, controls::Driver, skin::HeldVertex, volume::reach,
+};
 use crate::{
     anatomy::{Anatomy, Lip, SidedSkin},
     deform::{DeformError, Handle, Stiffness, SurfaceWarp},
@@ -53,8 +55,12 @@ pub(super) fn spread(
     kind: WarpKind,
 ) -> Result<Warp, RigError> {
     let all = vec![true; points.places.len()];
-    if kind != WarpKind::Surface {
-        return two_sided(target, controls, anatomy, points, &all);
+    let through_space =
+        |wanted: &[bool]| two_sided((Kernel::Linear, options(target)), controls, anatomy, points, wanted);
+    match kind {
+        WarpKind::Surface => (),
+        WarpKind::Spline | WarpKind::Regions => return through_space(&all),
+        WarpKind::Volume(morph) => return morphed(target, &morph, controls, anatomy, points),
     }
     match over_surface(target, controls, anatomy, held) {
         Ok(surface) => {
@@ -68,12 +74,12 @@ pub(super) fn spread(
             for (at, rim) in ring.iter().enumerate() {
                 left[anatomy.skin_vertices() + at] = rim.is_none();
             }
-            let spline = two_sided(target, controls, anatomy, points, &left)?;
+            let spline = through_space(&left)?;
             onto_surface(&spline, &surface, &trust, anatomy, &ring)
         }
         Err(fault) => {
             tracing::warn!("motion is spread through space and not over the surface: {fault}");
-            two_sided(target, controls, anatomy, points, &all)
+            through_space(&all)
         }
     }
 }
@@ -81,14 +87,13 @@ pub(super) fn spread(
 /// Either side of the lips from all controls but the other lip's: a spline through both would tear neither apart. Points
 /// that are not `wanted` are left at nothing.
 fn two_sided(
-    target: &TargetFace,
+    (kernel, options): (Kernel, Options),
     controls: &Controls,
     anatomy: &Anatomy,
     points: &Points,
     wanted: &[bool],
 ) -> Result<Warp, RigError> {
     let positions = &points.places;
-    let options = options(target);
     let fault = |source| RigError::Spline { what: "the target's control points", source };
     // One that is one skin has one side, with all controls.
     let others: &[Option<Lip>] =
@@ -108,7 +113,7 @@ fn two_sided(
             continue;
         }
         let places: Vec<_> = vertices.iter().map(|&v| positions[v]).collect();
-        let warp = Warp::new(Kernel::Linear, &centres, &controls.anchors, &places, options).map_err(fault)?;
+        let warp = Warp::new(kernel, &centres, &controls.anchors, &places, options).map_err(fault)?;
         let weights: Vec<f32> = vertices.iter().map(|&v| weight(v)).collect();
         halves.push((members, vertices, weights, warp));
     }
@@ -121,6 +126,25 @@ fn two_sided(
         }
     })
     .map_err(fault)
+}
+
+/// The morph of 002 §IV, either side of the lips by itself, which ends where the face does.
+fn morphed(
+    target: &TargetFace,
+    morph: &VolumeMorph,
+    controls: &Controls,
+    anatomy: &Anatomy,
+    points: &Points,
+) -> Result<Warp, RigError> {
+    let reach = reach(target, &points.places);
+    let wanted: Vec<bool> = reach.iter().map(|share| *share > 0.0).collect();
+    let whole = two_sided((morph.kernel, morph.options()), controls, anatomy, points, &wanted)?;
+    Warp::from_columns(whole.vertices(), whole.controls(), |control, column| {
+        for ((to, share), reach) in column.iter_mut().zip(whole.column(control)).zip(&reach) {
+            *to = share * reach;
+        }
+    })
+    .map_err(|source| RigError::Spline { what: "the target's volume", source })
 }
 
 pub(super) fn options(target: &TargetFace) -> Options {

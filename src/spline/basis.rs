@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Point, SVD, SVector};
 
 use super::unit_box::UnitBox;
-use super::{Flatness, Kernel, Polynomial, SplineError};
+use super::{Flatness, Kernel, Options, Polynomial, SplineError};
 
 /// Thickness, as a fraction of the box, below which centres count as lying in a plane or on a line. On a face it is a
 /// fifth of a micrometre.
@@ -26,14 +26,18 @@ impl<const D: usize> Basis<D> {
     pub(super) fn new(
         kernel: Kernel,
         centres: &[Point<f64, D>],
-        polynomial: Polynomial,
+        options: Options,
     ) -> Result<Self, SplineError> {
+        let Options { polynomial, stiffness, .. } = options;
+        if !(stiffness.is_finite() && stiffness > 0.0) {
+            return Err(SplineError::Stiffness { stiffness });
+        }
         let unit_box = UnitBox::around(centres)?;
         let found = centres.len();
         if kernel.needs_affine() && matches!(polynomial, Polynomial::Constant | Polynomial::None) {
             return Err(SplineError::PolynomialTooLow { kernel, polynomial });
         }
-        // Hardy's stiffness is a distance to another centre, so there must be one.
+        // A stiffness is a distance to another centre, so there must be one.
         let kernel_wants = if kernel.uses_stiffness() { 2 } else { 1 };
         let wanted = if polynomial == Polynomial::Affine { D + 1 } else { kernel_wants };
         if found < wanted {
@@ -45,7 +49,7 @@ impl<const D: usize> Basis<D> {
             Polynomial::Affine | Polynomial::InSpan => polynomial_axes(&centres, polynomial)?,
         };
         let stiffness_squared =
-            if kernel.uses_stiffness() { nearest_squared(&centres) } else { vec![0.0; found] };
+            if kernel.uses_stiffness() { nearest_squared(&centres, stiffness) } else { vec![0.0; found] };
         Ok(Self {
             kernel,
             unit_box,
@@ -182,11 +186,11 @@ fn polynomial_axes<const D: usize>(
     })
 }
 
-/// sᵢ² of 002 eq. 3: the squared distance from each centre to its nearest other centre.
-fn nearest_squared<const D: usize>(centres: &[SVector<f64, D>]) -> Vec<f64> {
+/// sᵢ² of 002 eq. 3, times the square of `factor`: the squared distance from each centre to its nearest other centre.
+fn nearest_squared<const D: usize>(centres: &[SVector<f64, D>], factor: f64) -> Vec<f64> {
     let nearest = |i: usize| {
         let others = centres.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, p)| (p - centres[i]).norm_squared()).fold(f64::INFINITY, f64::min)
     };
-    (0..centres.len()).map(nearest).collect()
+    (0..centres.len()).map(|i| nearest(i) * factor * factor).collect()
 }

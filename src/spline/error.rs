@@ -128,7 +128,7 @@ pub enum SplineError {
     /// The kernel needs more polynomial terms than were chosen.
     #[error(
         "the {kernel} kernel is definite only against an affine part, {polynomial} was chosen: choose \
-         Polynomial::Affine or InSpan, or the Linear or Hardy kernel"
+         Polynomial::Affine or InSpan, or the Linear, Hardy or Gaussian kernel"
     )]
     PolynomialTooLow {
         /// The kernel asked for.
@@ -142,6 +142,13 @@ pub enum SplineError {
     Regularisation {
         /// The λ that was given.
         lambda: f64,
+    },
+
+    /// The factor on the stiffnesses is zero, negative, infinite or NaN.
+    #[error("the stiffness factor is {stiffness}: it must be a finite number above zero")]
+    Stiffness {
+        /// The factor that was given.
+        stiffness: f64,
     },
 
     /// The system could not be solved to any useful accuracy.

@@ -26,11 +26,11 @@ impl<const D: usize> Factored<D> {
     ///
     /// # Errors
     /// Too few or non-finite centres; coincident ones while λ = 0; centres in a plane or on a line under
-    /// [`Polynomial::Affine`](super::Polynomial::Affine); a polynomial too low for the kernel; a negative λ; a system
-    /// that is singular to working precision.
+    /// [`Polynomial::Affine`](super::Polynomial::Affine); a polynomial too low for the kernel; a negative λ; a
+    /// stiffness that is not above zero; a system that is singular to working precision.
     pub fn new(kernel: Kernel, centres: &[Point<f64, D>], options: Options) -> Result<Self, SplineError> {
         const { assert!(D == 2 || D == 3, "splines are fitted in the plane or in space") }
-        let basis = Basis::new(kernel, centres, options.polynomial)?;
+        let basis = Basis::new(kernel, centres, options)?;
         let lambda = options.regularisation.in_unit_box(kernel, basis.unit_box().scale())?;
         if lambda <= 0.0
             && let Some((first, second, distance)) = basis.coincident(COINCIDENT)

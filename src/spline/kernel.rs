@@ -2,9 +2,10 @@
 
 /// A radial kernel U(r), r the distance from a centre.
 ///
-/// All four are conditionally definite: with enough polynomial terms and matching side conditions the system of
-/// 000 eq. 4.13 has exactly one solution for distinct centres. For [`Kernel::Hardy`] that is proved when all
-/// stiffnesses are equal; with eq. 3's own stiffness for each centre it holds in practice and is checked on fitting.
+/// All are conditionally definite, [`Kernel::Gaussian`] without conditions: with enough polynomial terms and matching
+/// side conditions the system of 000 eq. 4.13 has exactly one solution for distinct centres. For [`Kernel::Hardy`] and
+/// [`Kernel::Gaussian`] that is proved when all stiffnesses are equal; with eq. 3's own stiffness for each centre it
+/// holds in practice and is checked on fitting.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kernel {
     /// U = r, the biharmonic kernel of three dimensions (VTK's `BasisToR`). Influence falls off soonest: the choice
@@ -19,10 +20,14 @@ pub enum Kernel {
     /// U = √(r² + sᵢ²), Hardy's multiquadric (002 eq. 2) with sᵢ the distance from centre i to its nearest other
     /// centre (002 eq. 3).
     Hardy,
+    /// U = exp(−r²/sᵢ²) with sᵢ as for Hardy: what 002 compares Hardy with. It ends where sᵢ does, so between centres
+    /// far apart nothing moves unless the stiffness is raised, and raising it smooths over whatever is finer.
+    Gaussian,
 }
 
 impl Kernel {
-    /// U from the squared distance. `stiffness_squared` is sᵢ² and is read by [`Kernel::Hardy`] alone.
+    /// U from the squared distance. `stiffness_squared` is sᵢ² and is read by [`Kernel::Hardy`] and
+    /// [`Kernel::Gaussian`] alone.
     #[inline]
     pub fn value(self, r_squared: f64, stiffness_squared: f64) -> f64 {
         match self {
@@ -32,6 +37,9 @@ impl Kernel {
             Self::ThinPlate => 0.0,
             Self::Cubic => r_squared * r_squared.sqrt(),
             Self::Hardy => (r_squared + stiffness_squared).sqrt(),
+            // Where centres coincide their stiffness is none: the narrowest of Gaussians is 1 there and 0 elsewhere.
+            Self::Gaussian if r_squared > 0.0 => (-r_squared / stiffness_squared).exp(),
+            Self::Gaussian => 1.0,
         }
     }
 
@@ -48,19 +56,22 @@ impl Kernel {
             Self::Hardy if r_squared + stiffness_squared > 0.0 => {
                 1.0 / (r_squared + stiffness_squared).sqrt()
             }
-            Self::Linear | Self::ThinPlate | Self::Hardy => 0.0,
+            Self::Gaussian if stiffness_squared > 0.0 => {
+                -2.0 / stiffness_squared * (-r_squared / stiffness_squared).exp()
+            }
+            Self::Linear | Self::ThinPlate | Self::Hardy | Self::Gaussian => 0.0,
         }
     }
 
-    /// The sign of wᵀKw over weights that satisfy the side conditions: −1 for Linear and Hardy, +1 for ThinPlate and
-    /// Cubic.
+    /// The sign of wᵀKw over weights that satisfy the side conditions: −1 for Linear and Hardy, +1 for ThinPlate,
+    /// Cubic and Gaussian.
     ///
     /// Regularisation adds λ times this to the diagonal. The other sign would carry the matrix through singularity
     /// as λ grows.
     pub fn definiteness(self) -> f64 {
         match self {
             Self::Linear | Self::Hardy => -1.0,
-            Self::ThinPlate | Self::Cubic => 1.0,
+            Self::ThinPlate | Self::Cubic | Self::Gaussian => 1.0,
         }
     }
 
@@ -70,9 +81,11 @@ impl Kernel {
     }
 
     /// The power p by which kernel values grow when all lengths grow: U(s·r) = sᵖ·U(r), up to a multiple of r² which
-    /// the side conditions turn into a polynomial. So λ in the original unit is sᵖ times λ in the unit box.
+    /// the side conditions turn into a polynomial. So λ in the original unit is sᵖ times λ in the unit box. A Gaussian
+    /// grows with its width and keeps its values.
     pub fn homogeneity(self) -> i32 {
         match self {
+            Self::Gaussian => 0,
             Self::Linear | Self::Hardy => 1,
             Self::ThinPlate => 2,
             Self::Cubic => 3,
@@ -81,7 +94,7 @@ impl Kernel {
 
     /// Whether the kernel reads a stiffness for each centre.
     pub fn uses_stiffness(self) -> bool {
-        self == Self::Hardy
+        matches!(self, Self::Hardy | Self::Gaussian)
     }
 }
 
@@ -92,6 +105,7 @@ impl std::fmt::Display for Kernel {
             Self::ThinPlate => "ThinPlate",
             Self::Cubic => "Cubic",
             Self::Hardy => "Hardy",
+            Self::Gaussian => "Gaussian",
         })
     }
 }
@@ -101,7 +115,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    const ALL: [Kernel; 4] = [Kernel::Linear, Kernel::ThinPlate, Kernel::Cubic, Kernel::Hardy];
+    const ALL: [Kernel; 5] =
+        [Kernel::Linear, Kernel::ThinPlate, Kernel::Cubic, Kernel::Hardy, Kernel::Gaussian];
 
     #[test]
     fn values_are_the_papers() {
@@ -110,6 +125,8 @@ mod tests {
         assert_relative_eq!(Kernel::ThinPlate.value(r * r, 0.0), r * r * (r * r).ln(), max_relative = 1e-15);
         assert_relative_eq!(Kernel::Cubic.value(r * r, 0.0), r.powi(3), max_relative = 1e-15);
         assert_relative_eq!(Kernel::Hardy.value(r * r, s * s), r.hypot(s), max_relative = 1e-15);
+        let gaussian = (-(r / s) * (r / s)).exp();
+        assert_relative_eq!(Kernel::Gaussian.value(r * r, s * s), gaussian, max_relative = 1e-13);
     }
 
     /// 000, below eq. 4.4: U is zero on the unit circle, and −U is greatest at r = 1/√e.
@@ -135,7 +152,8 @@ mod tests {
     #[test]
     fn nothing_is_infinite_at_a_centre() {
         for kernel in ALL {
-            assert!(kernel.value(0.0, 0.0).abs() < f64::EPSILON, "{kernel}");
+            let top = if kernel == Kernel::Gaussian { 1.0 } else { 0.0 };
+            assert!((kernel.value(0.0, 0.0) - top).abs() < f64::EPSILON, "{kernel}");
             assert!(kernel.derivative_over_r(0.0, 0.0).abs() < f64::EPSILON, "{kernel}");
         }
     }

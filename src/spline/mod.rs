@@ -1,7 +1,7 @@
 //! Radial-basis splines: kernels, fitting, and the precomputed matrix that warps a mesh in one product.
 //!
 //! f(x) = A·\[1 x\] + Σ wᵢ U(|x − Pᵢ|) with Σ wᵢ = 0 and Σ wᵢ Pᵢᵀ = 0: chapter 4.4 of the thesis (000, eq.
-//! 4.4–4.19) for thin plates, section IV of Fidaleo et al. (002, eq. 1–5) for Hardy's multiquadric.
+//! 4.4–4.19) for thin plates, section IV of Fidaleo et al. (002, eq. 1–5) for Hardy's multiquadric and the Gaussian.
 //!
 //! Pure mathematics: no files, no clock, no threads, no random numbers. Points may be in any unit; the answers come
 //! back in it. `docs/splines.md` holds the equations, the accuracy against VTK, SciPy and Kornia, and the timings.
@@ -22,7 +22,7 @@
 //! - Everything is solved in a centred unit box, for conditioning and so that λ can be free of scale.
 //!
 //! # Not covered
-//! Compactly supported kernels, Gaussians (002 tried and dropped them), fast multipole sums, fitting more than a few
+//! Compactly supported kernels, fast multipole sums, fitting more than a few
 //! thousand centres (the system is dense), and the blending of regions, for which [`Warp::from_columns`] is the door.
 
 mod basis;

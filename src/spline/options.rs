@@ -15,9 +15,9 @@ pub enum Regularisation {
     /// millimetres or metres gives the same spline. (002 uses 0.01, in its own unit.)
     UnitBox(f64),
     /// λ in the kernel's own unit at the scale of the centres given: a length for Linear and Hardy, a length squared
-    /// for ThinPlate, a length cubed for Cubic.
+    /// for ThinPlate, a length cubed for Cubic, a mere number for Gaussian.
     ///
-    /// With box side s it equals `UnitBox(λ / sᵖ)`, p = 1, 2, 3. For r² ln r² the scale also adds s² ln s² · r²,
+    /// With box side s it equals `UnitBox(λ / sᵖ)`, p = 1, 2, 3, 0. For r² ln r² the scale also adds s² ln s² · r²,
     /// but Σ wᵢ|x − Pᵢ|² = |x|²Σwᵢ − 2x·ΣwᵢPᵢ + Σwᵢ|Pᵢ|², of which the side conditions leave only a constant:
     /// the fit is the same. So "0.4 × the squared distance d of the outer eye corners" in millimetres is
     /// `Absolute(0.4 * d * d)` for points in millimetres. SciPy's r² ln r is half of this U: its `smoothing` is λ/2.
@@ -51,10 +51,11 @@ pub enum Polynomial {
     /// *positions* it flattens whatever lies off the plane: add anchors instead. Equal to Affine when the centres
     /// span the space.
     InSpan,
-    /// 1 alone. Enough for Linear and Hardy only.
+    /// 1 alone. Enough for Linear, Hardy and Gaussian only.
     Constant,
-    /// No polynomial and no side conditions: 002 eq. 1–5 as printed. Linear and Hardy only. The kernel matrix then
-    /// keeps one positive eigenvalue among its negative ones, so λ must stay well below n times the mean distance.
+    /// No polynomial and no side conditions: 002 eq. 1–5 as printed. Linear, Hardy and Gaussian only. The matrix of the
+    /// first two then keeps one positive eigenvalue among its negative ones, so λ must stay well below n times the mean
+    /// distance.
     None,
 }
 
@@ -70,10 +71,18 @@ impl std::fmt::Display for Polynomial {
 }
 
 /// The choices of a fit. The default interpolates with an affine part, as 000 does.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// How far the spline may miss its values. Default: not at all.
     pub regularisation: Regularisation,
     /// The polynomial part. Default: affine.
     pub polynomial: Polynomial,
+    /// Factor, above 0, on every centre's stiffness sᵢ (002 eq. 3), for the kernels that have one. Default: 1.
+    pub stiffness: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { regularisation: Regularisation::default(), polynomial: Polynomial::default(), stiffness: 1.0 }
+    }
 }

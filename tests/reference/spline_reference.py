@@ -15,6 +15,7 @@ How the oracles' conventions map onto ours (U and lambda as in src/spline):
 - SciPy adds `smoothing` to the diagonal of the positive definite form of its kernel, at the scale of the points.
   linear: U = -r, so K - lambda I with lambda = smoothing. thin_plate_spline: U = r^2 ln r, so lambda = 2 smoothing.
   cubic: lambda = smoothing. multiquadric: U = -sqrt(1 + (eps r)^2), so s = 1/eps and lambda = smoothing / eps.
+  gaussian: exp(-(eps r)^2), so s = 1/eps and lambda = smoothing.
   Ours has one stiffness for each centre, SciPy's one for all: they are compared on a lattice, where every nearest
   neighbour is equally far.
 - Kornia's is U = 0.5 r^2 ln(r^2 + 1e-8): the 1e-8 bends it away from the true kernel by up to 5e-9 in U. Its
@@ -77,9 +78,18 @@ def by_vtk(kernel, centres, values, queries):
     return case("vtk", kernel, 0.0, centres, values, queries, out)
 
 
+NAMES = {
+    "Linear": "linear",
+    "ThinPlate": "thin_plate_spline",
+    "Cubic": "cubic",
+    "Hardy": "multiquadric",
+    "Gaussian": "gaussian",
+}
+
+
 def by_scipy(kernel, centres, values, queries, smoothing=0.0, spacing=None):
-    name = {"Linear": "linear", "ThinPlate": "thin_plate_spline", "Cubic": "cubic", "Hardy": "multiquadric"}[kernel]
-    scale = {"Linear": 1.0, "ThinPlate": 2.0, "Cubic": 1.0, "Hardy": spacing}[kernel]
+    name = NAMES[kernel]
+    scale = {"Linear": 1.0, "ThinPlate": 2.0, "Cubic": 1.0, "Hardy": spacing, "Gaussian": 1.0}[kernel]
     epsilon = None if spacing is None else 1.0 / spacing
     f = RBFInterpolator(centres, values, kernel=name, degree=1, smoothing=smoothing, epsilon=epsilon)
     return case("scipy", kernel, smoothing * scale, centres, values, queries, f(queries))
@@ -112,8 +122,9 @@ def main():
     lattice = np.delete(lattice, [4, 13, 26], axis=0)
     values = lattice + RNG.normal(scale=4.0, size=lattice.shape)
     queries = RNG.uniform(0.0, 40.0, size=(12, 3))
-    for smoothing in (0.0, 0.5):
-        cases.append(by_scipy("Hardy", lattice, values, queries, smoothing, spacing=20.0))
+    for kernel in ("Hardy", "Gaussian"):
+        for smoothing in (0.0, 0.5):
+            cases.append(by_scipy(kernel, lattice, values, queries, smoothing, spacing=20.0))
 
     plane = RNG.uniform(-1.0, 1.0, size=(20, 2))
     values = plane + RNG.normal(scale=0.1, size=plane.shape)
