@@ -63,17 +63,18 @@ pub(super) fn bake(
     let look = Look::UNLIT.before(Background::Transparent);
     renderer.draw(&model, &positions, &normals, &world, &camera, &look)?;
     let picture = renderer.read_picture()?;
-    let failed = |reason: String| ViewError::Size { width, height, reason };
+    Ok(Some(Arc::new(texture_of(bled(picture))?)))
+}
+
+/// A picture as a texture without alpha.
+pub(super) fn texture_of(picture: RgbaImage) -> Result<Texture, ViewError> {
+    let (width, height) = picture.dimensions();
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image::DynamicImage::from(bled(picture))
+    image::DynamicImage::from(picture)
         .into_rgb8()
         .write_to(&mut bytes, ImageFormat::Png)
-        .map_err(|error| failed(error.to_string()))?;
-    Ok(Some(Arc::new(Texture {
-        name: "face.png".into(),
-        format: TextureFormat::Png,
-        bytes: bytes.into_inner(),
-    })))
+        .map_err(|error| ViewError::Size { width, height, reason: error.to_string() })?;
+    Ok(Texture { name: "face.png".into(), format: TextureFormat::Png, bytes: bytes.into_inner() })
 }
 
 /// The mesh without what is not the face.
@@ -92,7 +93,7 @@ fn face_only(mesh: &Mesh, cleaned: &Cleaned) -> Mesh {
 }
 
 /// Carries colours over the edge of what is covered, pixel by pixel; the rest becomes grey.
-fn bled(mut picture: RgbaImage) -> RgbaImage {
+pub(super) fn bled(mut picture: RgbaImage) -> RgbaImage {
     let (width, height) = picture.dimensions();
     for _ in 0..BLEED {
         let before = picture.clone();
