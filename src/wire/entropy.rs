@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(Shape::fitting(std::iter::empty()), Shape { zero: 3, size: 0 });
         assert_eq!(Shape::fitting([0; 500].into_iter()), Shape { zero: 7, size: 0 });
         let large = Shape::fitting([70, -64, 55, 80].into_iter());
-        assert_eq!((large.zero, large.size), (0, 15));
+        assert_eq!((large.zero, large.size), (1, 15));
         assert_eq!(Shape::fitting([0, 0, 0, 2, -2, 1].into_iter()).size, 3);
     }
 

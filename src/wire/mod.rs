@@ -37,3 +37,6 @@ pub use tables::Session;
 pub use timeline::Timeline;
 
 use packet::{Envelope, Header};
+
+#[cfg(test)]
+mod tests;

@@ -127,7 +127,7 @@ mod tests {
         for (time, wanted) in [(0, 0.0), (50, 0.5), (100, 1.0), (150, 1.5), (200, 2.0)] {
             assert!((shown(&timeline, time) - wanted).abs() < 1e-9, "{time}");
         }
-        timeline.forget_before(Timestamp(190_000_000));
+        timeline.forget_before(Timestamp(250_000_000));
         assert_eq!(timeline.frames().len(), 2);
         assert!((shown(&timeline, 200) - 2.0).abs() < 1e-9);
     }
