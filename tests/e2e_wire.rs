@@ -144,7 +144,7 @@ fn a_take_goes_through_a_file() {
     let take = at("take.uwire");
     let run = finish(&mut send(&clip, &["-o", text(&take)])).succeeded();
     println!("{}", run.stdout);
-    assert!(run.stdout.contains("75 frames in 39 packets"), "{}", run.stdout);
+    assert!(run.stdout.contains("75 frames in 26 packets"), "{}", run.stdout);
     // 6 kbit/s of payload at 30 frames a second, and these are 25.
     let size = fs::metadata(&take).unwrap().len();
     assert!(size < 3 * 750, "{size} bytes");
@@ -160,7 +160,7 @@ fn a_take_goes_through_a_file() {
     finish(command.args(outputs)).succeeded();
     let (off, missing) = compared(&curves(&at("sent.muscles.csv")), &curves(&at("got.muscles.csv")));
     println!("{off} apart, {missing} frames missing");
-    assert!(off < 0.031 && missing == 0);
+    assert!(off < 0.101 && missing == 0);
     assert_eq!(curves(&at("got.muscles.csv")).rate().per_second(), 25.0);
     assert_eq!(probe(&at("got.mp4"), "v:0", "stream=r_frame_rate,nb_read_packets"), ["25/1,75"]);
     let mut cache = Pc2Reader::open(&at("got.pc2")).unwrap();
@@ -252,7 +252,10 @@ fn a_take_goes_over_a_poor_line() {
     let (off, missing) = compared(&curves(&sent), &curves(&at("got.muscles.csv")));
     // What arrives is exact, and nothing but what was lost is missing.
     assert!(off < 1e-9, "{off}");
-    assert!(lost > 1 && missing == 2 * lost as usize, "{missing} frames missing of {lost} packets");
+    assert!(
+        lost > 1 && (3 * lost - 2..=3 * lost).contains(&(missing as u32)),
+        "{missing} frames missing of {lost} packets"
+    );
 }
 
 /// Sends packets of a file, as fast as they are taken.
@@ -284,7 +287,7 @@ fn a_listener_takes_what_it_should_and_nothing_else() {
     replay(listening.address, &packets[4..]);
     listening.end().succeeded();
     let frames = curves(&late).frames().len();
-    assert!((75 - 8 - 25..75 - 8).contains(&frames), "{frames} frames");
+    assert!((75 - 12 - 25..75 - 12).contains(&frames), "{frames} frames");
 
     // An end that is lost is noticed.
     let listening = listen(&late, &["--key", text(&key)]);

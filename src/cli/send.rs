@@ -47,7 +47,7 @@ pub struct Send {
     #[command(flatten)]
     key: KeyArgs,
     /// How coarsely motion is told, millimetres: what one step moves the face by
-    #[arg(long, value_name = "MM", default_value = "0.1", value_parser = parse_precision)]
+    #[arg(long, value_name = "MM", default_value = "0.15", value_parser = parse_precision)]
     precision: u16,
     /// Frames in a packet, 1 to 8: more need less rate, and all but the last wait for it
     #[arg(long, value_name = "N", default_value_t = EncoderOptions::FRAMES_PER_PACKET as u8,

@@ -8,7 +8,7 @@ use super::{
     Envelope, Header, SecretKey, WireError, WireFrame,
     entropy::Writer,
     group::{Group, MOST_FRAMES, MOST_INTERVAL},
-    levels::{CHANNEL_COUNT, Levels, Quantiser},
+    levels::{CHANNEL_COUNT, Levels, Quantiser, Steps},
     packet::SALT,
     tables::{FIRST_TABLES, Key, Session, TICKS, Tables, fitting},
 };
@@ -41,10 +41,10 @@ pub struct EncoderOptions {
 }
 
 impl EncoderOptions {
-    /// µm; the vertices of a scan are then some 0.1 mm off.
-    pub const PRECISION: u16 = 100;
-    /// At 30 frames a second the first of two waits 33 ms.
-    pub const FRAMES_PER_PACKET: usize = 2;
+    /// µm.
+    pub const PRECISION: u16 = 150;
+    /// At 30 frames a second the first of three waits 67 ms.
+    pub const FRAMES_PER_PACKET: usize = 3;
 
     /// The defaults for a rate and a session's salt, without a key.
     pub fn new(rate: FrameRate, salt: [u8; SALT]) -> Self {
@@ -74,7 +74,7 @@ pub struct Encoder {
     quantiser: Quantiser,
     session: Session,
     frames_per_packet: usize,
-    group: Group,
+    waiting: Vec<(i64, Steps)>,
     last: Option<Levels>,
     sequence: u32,
     epoch: u8,
@@ -93,7 +93,7 @@ impl Encoder {
             quantiser: Quantiser::new(options.precision),
             session: Session { precision: options.precision, rate: options.rate, neutral: options.neutral },
             frames_per_packet: options.frames_per_packet.clamp(1, MOST_FRAMES),
-            group: Group::default(),
+            waiting: Vec::new(),
             last: None,
             sequence: 0,
             epoch: 0,
@@ -114,7 +114,7 @@ impl Encoder {
             return refuse("times count from 0 to 100 hours");
         }
         let mut ready = Vec::new();
-        if let (Some((first, _)), Some((before, _))) = (self.group.0.first(), self.group.0.last()) {
+        if let (Some((first, _)), Some((before, _))) = (self.waiting.first(), self.waiting.last()) {
             if time <= *before {
                 return refuse("it is not a tenth of a millisecond after the one before");
             }
@@ -122,10 +122,8 @@ impl Encoder {
                 ready.extend(self.flush());
             }
         }
-        let levels = self.quantiser.levels(frame, self.last.as_ref());
-        self.last = Some(levels);
-        self.group.0.push((time, levels));
-        if self.group.0.len() == self.frames_per_packet {
+        self.waiting.push((time, self.quantiser.steps(frame)));
+        if self.waiting.len() == self.frames_per_packet {
             ready.extend(self.flush());
         }
         Ok(ready)
@@ -133,7 +131,7 @@ impl Encoder {
 
     /// The packet of the frames that are still waiting, if any are.
     pub fn flush(&mut self) -> Option<Packet> {
-        let group = std::mem::take(&mut self.group);
+        let group = Group::of(&std::mem::take(&mut self.waiting), self.last.as_ref());
         let (first, last) = (group.0.first()?.0, group.0.last()?.0);
         let is_key = first >= self.key_due;
         let mut writer = Writer::default();
@@ -179,17 +177,11 @@ impl Encoder {
     }
 
     fn remember(&mut self, group: &Group) {
-        let mut before: Option<&Levels> = None;
-        for (_, levels) in &group.0 {
-            match before {
-                None => self.firsts.push_back(*levels),
-                Some(before) => {
-                    self.laters
-                        .push_back(std::array::from_fn::<i32, CHANNEL_COUNT, _>(|k| levels[k] - before[k]));
-                }
-            }
-            before = Some(levels);
+        if let [(_, first), .., (_, last)] = group.0.as_slice() {
+            self.laters.push_back(std::array::from_fn::<i32, CHANNEL_COUNT, _>(|k| last[k] - first[k]));
         }
+        self.firsts.extend(group.0.first().map(|(_, levels)| *levels));
+        self.last = group.0.last().map(|(_, levels)| *levels).or(self.last);
         for window in [&mut self.firsts, &mut self.laters] {
             while window.len() > WINDOW {
                 window.pop_front();

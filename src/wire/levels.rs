@@ -1,6 +1,6 @@
 //! Frames as whole numbers, and back: how coarsely each channel is told.
 
-use std::sync::LazyLock;
+use std::{ops::Range, sync::LazyLock};
 
 use sha2::{Digest, Sha256};
 
@@ -12,7 +12,8 @@ use crate::{
     muscle::ARKIT_SHAPES,
 };
 
-/// Angles and shift of the head.
+/// The channels of the head's angles and shift.
+pub const HEAD_CHANNELS: Range<usize> = HEAD..APPEARANCE;
 const HEAD_COUNT: usize = 6;
 const HEAD: usize = MUSCLE_COUNT;
 const APPEARANCE: usize = HEAD + HEAD_COUNT;
@@ -22,6 +23,8 @@ const STATE: usize = APPEARANCE + REGION_COUNT;
 pub const CHANNEL_COUNT: usize = STATE + 1;
 /// A frame in whole numbers.
 pub type Levels = [i32; CHANNEL_COUNT];
+/// A frame before it is rounded.
+pub type Steps = [f64; CHANNEL_COUNT];
 
 /// No level is further from 0.
 pub const MOST_LEVEL: i32 = 1 << 16;
@@ -31,6 +34,8 @@ const SKIN_LEVELS: f32 = 15.0;
 const UNIT: f64 = (1 << 20) as f64;
 /// A value keeps its level until it is this many steps away: less flicker, fewer bits.
 const HYSTERESIS: f64 = 0.6;
+/// A value between two frames that are told lies where they put it, unless it is this many steps away.
+const DEAD_ZONE: f64 = 1.0;
 
 /// How far each muscle, fully contracted, moves the handles of the average face: µm, root mean square, both sides alike.
 #[rustfmt::skip]
@@ -41,10 +46,10 @@ const REACH: [u32; MUSCLE_COUNT] = [
 ];
 /// The same for the head: µm a radian, and a canthal distance.
 const HEAD_REACH: u32 = 90_000;
-/// What moves little skin is still seen: lids and gaze (half a degree) are told in steps of this at most, in 2⁻²⁰.
-const MOST_STEP_EYES: u32 = (1 << 20) / 60;
+/// What moves little skin is still seen: lids and gaze (a degree) are told in steps of this at most, in 2⁻²⁰.
+const MOST_STEP_EYES: u32 = (1 << 20) / 32;
 /// All others in steps of this at most.
-const MOST_STEP: u32 = (1 << 20) / 20;
+const MOST_STEP: u32 = (1 << 20) / 10;
 
 /// Names every channel, its reach and its limits: two ends with different ones do not understand each other.
 static CHANNELS: LazyLock<u32> = LazyLock::new(|| {
@@ -89,33 +94,23 @@ impl Quantiser {
         Self { steps: std::array::from_fn(step) }
     }
 
-    /// A frame's levels; `before` are those of the frame before it, at which a value stays that hardly leaves them.
-    pub fn levels(&self, frame: &WireFrame, before: Option<&Levels>) -> Levels {
-        let value = |channel: usize| match channel {
-            0..HEAD => frame.contractions[channel],
-            HEAD.. => {
-                let k = channel - HEAD;
-                if k < 3 { frame.head.angles[k] } else { frame.head.shift[k - 3] }
+    /// A frame's values, in steps.
+    pub fn steps(&self, frame: &WireFrame) -> Steps {
+        let mut steps = [0.0; CHANNEL_COUNT];
+        let values = frame.contractions.iter().chain(&frame.head.angles).chain(&frame.head.shift);
+        for ((to, value), step) in steps.iter_mut().zip(values).zip(self.steps) {
+            let exact = value * UNIT / f64::from(step);
+            if exact.is_finite() {
+                *to = exact.clamp(f64::from(-MOST_LEVEL), f64::from(MOST_LEVEL));
             }
-        };
-        let mut levels = [0; CHANNEL_COUNT];
-        for (channel, (level, step)) in levels.iter_mut().zip(self.steps).enumerate() {
-            let exact = value(channel) * UNIT / f64::from(step);
-            let exact = if exact.is_finite() { exact } else { 0.0 };
-            let kept = before
-                .map(|before| before[channel])
-                .filter(|kept| (exact - f64::from(*kept)).abs() <= HYSTERESIS);
-            let nearest = exact.round().clamp(f64::from(-MOST_LEVEL), f64::from(MOST_LEVEL)) as i32;
-            // What is relaxed is so exactly.
-            *level = if exact == 0.0 { 0 } else { kept.unwrap_or(nearest) };
         }
         if let Some(states) = &frame.appearance {
-            for (level, (_, state)) in levels[APPEARANCE..STATE].iter_mut().zip(states.iter()) {
-                *level = state.map_or(0, |state| 1 + (state * SKIN_LEVELS).round() as i32);
+            for (to, (_, state)) in steps[APPEARANCE..STATE].iter_mut().zip(states.iter()) {
+                *to = state.map_or(0.0, |state| f64::from(1.0 + (state * SKIN_LEVELS).round()));
             }
         }
-        levels[STATE] = STATES.iter().position(|state| *state == frame.state).unwrap_or(0) as i32;
-        levels
+        steps[STATE] = STATES.iter().position(|state| *state == frame.state).unwrap_or(0) as f64;
+        steps
     }
 
     /// The frame that levels stand for.
@@ -137,6 +132,24 @@ impl Quantiser {
             appearance: some.then_some(states),
         }
     }
+}
+
+/// The levels of a frame. They stay at those of the frame before where they hardly leave them; what is relaxed is so
+/// exactly.
+pub fn levels_after(steps: &Steps, before: Option<&Levels>) -> Levels {
+    std::array::from_fn(|k| match before.map(|before| before[k]) {
+        Some(kept) if steps[k] != 0.0 && (steps[k] - f64::from(kept)).abs() <= HYSTERESIS => kept,
+        _ => steps[k].round() as i32,
+    })
+}
+
+/// The levels of a frame between two that are told, which put it at `between`.
+pub fn levels_between(steps: &Steps, between: &Levels) -> Levels {
+    std::array::from_fn(|k| {
+        let slack = if k < APPEARANCE { DEAD_ZONE } else { 0.0 };
+        let is_near = (steps[k] - f64::from(between[k])).abs() <= slack;
+        if is_near { between[k] } else { steps[k].round() as i32 }
+    })
 }
 
 /// In the order of their levels.
@@ -175,7 +188,7 @@ mod tests {
         let mut seen = Vec::new();
         for steps in [1.0, 1.55, 0.45, 0.39, 1.59, 1.61, 0.0] {
             frame.contractions[jaw] = steps * step;
-            let levels = quantiser.levels(&frame, before.as_ref());
+            let levels = levels_after(&quantiser.steps(&frame), before.as_ref());
             seen.push(levels[jaw]);
             before = Some(levels);
         }
@@ -188,7 +201,7 @@ mod tests {
         frame.contractions[0] = f64::NAN;
         frame.contractions[1] = 1e300;
         frame.contractions[2] = f64::NEG_INFINITY;
-        let levels = Quantiser::new(0).levels(&frame, None);
+        let levels = levels_after(&Quantiser::new(0).steps(&frame), None);
         assert_eq!(levels[..3], [0, MOST_LEVEL, 0]);
     }
 
@@ -209,12 +222,12 @@ mod tests {
             Region::ALL.into_iter().zip(&skin).for_each(|(region, state)| states.set(region, *state));
             frame.appearance = Some(states);
             let quantiser = Quantiser::new(precision);
-            let levels = quantiser.levels(&frame, None);
+            let levels = levels_after(&quantiser.steps(&frame), None);
             let back = quantiser.frame(frame.time, &levels);
             for k in 0..MUSCLE_COUNT {
                 let step = f64::from(quantiser.steps[k]) / UNIT;
                 prop_assert!((back.contractions[k] - frame.contractions[k]).abs() <= 0.5001 * step);
-                prop_assert!(step <= 0.05);
+                prop_assert!(step <= 0.1);
             }
             prop_assert_eq!(back.state, frame.state);
             match back.appearance {
@@ -225,7 +238,7 @@ mod tests {
                 },
             }
             // And once more, they are the same levels.
-            prop_assert_eq!(quantiser.levels(&back, None), levels);
+            prop_assert_eq!(levels_after(&quantiser.steps(&back), None), levels);
         }
     }
 }

@@ -1,34 +1,101 @@
 //! What both ends must share before a frame can be told in few bits, and how a key tells it.
 
+use std::sync::LazyLock;
+
 use super::{
-    entropy::{Damaged, Learnt, Reader, Shape, Writer},
-    levels::{CHANNEL_COUNT, Levels, MOST_LEVEL, channels},
+    entropy::{Damaged, Learnt, Reader, Shape, Tally, Writer},
+    levels::{CHANNEL_COUNT, HEAD_CHANNELS, Levels, MOST_LEVEL, channels},
 };
-use crate::capture::FrameRate;
+use crate::{capture::FrameRate, muscle::ARKIT_SHAPES};
 
 /// Tenths of a millisecond in a second.
 pub const TICKS: u64 = 10_000;
-/// How centres are spread.
-const CENTRES: Shape = Shape { zero: 4, size: 10 };
+/// How centres that are not 0 are spread.
+const CENTRES: Shape = Shape { zero: 0, size: 10 };
+/// A channel's table changes where that would have saved as many bits in what was sent lately: some eight seconds, in
+/// which it is told nine times.
+const NEWS: u64 = 40;
+
+const fn form(zero: u8, size: u8, later_zero: u8, later_size: u8) -> [Shape; 2] {
+    [Shape { zero, size }, Shape { zero: later_zero, size: later_size }]
+}
+
+/// How levels can be spread: those of a packet's first frame about their centre, and those of its last frame about the first. From channels that never move to a head that is followed finely.
+pub const FORMS: [[Shape; 2]; 16] = [
+    form(7, 0, 7, 0),
+    form(6, 4, 6, 0),
+    form(5, 3, 5, 0),
+    form(5, 7, 4, 3),
+    form(4, 4, 4, 0),
+    form(3, 5, 4, 2),
+    form(3, 8, 3, 3),
+    form(2, 3, 3, 0),
+    form(1, 4, 3, 1),
+    form(1, 7, 2, 3),
+    form(0, 5, 3, 1),
+    form(0, 7, 2, 3),
+    form(0, 9, 1, 4),
+    form(0, 11, 1, 6),
+    form(0, 13, 1, 7),
+    form(0, 15, 0, 10),
+];
 
 /// How one channel's levels are spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Channel {
-    /// About which level those of a packet's first frame lie.
+    /// About which level those of a packet's first frame lie; 0 where they lie about the twin's.
     pub centre: i32,
-    /// How they do.
-    pub first: Shape,
-    /// How those of a later frame lie about the frame before.
-    pub later: Shape,
+    /// Whether it goes with its twin, the same muscle on the left.
+    pub twin: bool,
+    /// Which of `FORMS`.
+    pub form: u8,
+}
+
+impl Channel {
+    const fn of(form: u8) -> Self {
+        Self { centre: 0, twin: false, form }
+    }
+
+    /// Of a packet's first frame, and of its last.
+    pub fn shapes(&self) -> [Shape; 2] {
+        FORMS[usize::from(self.form)]
+    }
 }
 
 /// How every channel's levels are spread.
 pub type Tables = [Channel; CHANNEL_COUNT];
 
-/// Before anything was seen.
-pub const FIRST_TABLES: Tables =
-    [Channel { centre: 0, first: Shape { zero: 4, size: 7 }, later: Shape { zero: 4, size: 3 } };
-        CHANNEL_COUNT];
+/// Before anything was seen: muscles that move, a head that moves more, skin that nobody tells of.
+pub const FIRST_TABLES: Tables = {
+    let mut tables = [Channel::of(0); CHANNEL_COUNT];
+    let mut k = 0;
+    while k < HEAD_CHANNELS.end {
+        tables[k] = Channel::of(if k < HEAD_CHANNELS.start { 6 } else { 13 });
+        k += 1;
+    }
+    tables
+};
+
+/// For the muscles of the right half, and the gaze of the right eye, the channel on the left that is told before.
+static TWINS: LazyLock<[Option<usize>; CHANNEL_COUNT]> = LazyLock::new(|| {
+    let twin = |k: usize| {
+        let stem = ARKIT_SHAPES.get(k).filter(|_| k < HEAD_CHANNELS.start)?.strip_suffix("Right")?;
+        // Both eyes look to one side.
+        let stem = match stem {
+            "eyeLookIn" => "eyeLookOut",
+            "eyeLookOut" => "eyeLookIn",
+            stem => stem,
+        };
+        let left = format!("{stem}Left");
+        ARKIT_SHAPES.iter().position(|name| *name == left).filter(|left| *left < k)
+    };
+    std::array::from_fn(twin)
+});
+
+/// The channel with which `k` goes, where it has one and `channel` says so.
+pub fn twin(k: usize, channel: &Channel) -> Option<usize> {
+    TWINS[k].filter(|_| channel.twin)
+}
 
 /// What stays the same throughout a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +114,29 @@ impl Session {
         let (frames, seconds) = (u64::from(self.rate.numerator.max(1)), u64::from(self.rate.denominator));
         ((seconds * TICKS + frames / 2) / frames) as i64
     }
+
+    fn put(&self, writer: &mut Writer) {
+        writer.bits(u32::from(self.precision), 16);
+        writer.bits(self.neutral, 32);
+        let FrameRate { numerator, denominator } = self.rate;
+        let is_short = numerator < 1 << 16 && denominator < 1 << 11;
+        writer.bits(u32::from(!is_short), 1);
+        let [most, least] = if is_short { [16, 11] } else { [32, 32] };
+        writer.bits(numerator, most);
+        writer.bits(denominator, least);
+    }
+
+    fn get(reader: &mut Reader) -> Result<Self, Damaged> {
+        let precision = reader.bits(16)? as u16;
+        let neutral = reader.bits(32)?;
+        let [most, least] = if reader.bits(1)? == 0 { [16, 11] } else { [32, 32] };
+        let rate = FrameRate { numerator: reader.bits(most)?, denominator: reader.bits(least)? };
+        let is_rate = rate.numerator > 0 && rate.denominator > 0;
+        if !is_rate || !(0.1..=1000.0).contains(&rate.per_second()) {
+            return Err(Damaged);
+        }
+        Ok(Self { precision, rate, neutral })
+    }
 }
 
 /// What a key says.
@@ -60,71 +150,56 @@ pub struct Key {
     pub next: Option<Tables>,
 }
 
-/// Odds of a shape's parts, learnt within one key.
-#[derive(Default)]
-struct ShapeOdds {
-    zero: [Learnt; 8],
-    size: [Learnt; Shape::SIZE_COUNT as usize],
-}
-
-impl ShapeOdds {
-    fn put(&mut self, writer: &mut Writer, shape: Shape) {
-        writer.choice(shape.zero, &mut self.zero);
-        // Whatever a silent channel says costs little.
-        if shape.zero < Shape::SILENT {
-            writer.choice(shape.size, &mut self.size);
-        }
-    }
-
-    fn get(&mut self, reader: &mut Reader) -> Result<Shape, Damaged> {
-        let zero = reader.choice(&mut self.zero)?;
-        let size = if zero < Shape::SILENT { reader.choice(&mut self.size)? } else { 0 };
-        Ok(Shape { zero, size })
-    }
-}
-
+/// Odds of a table's parts, learnt within one key.
 #[derive(Default)]
 struct ChannelOdds {
-    first: ShapeOdds,
-    later: ShapeOdds,
+    form: [Learnt; FORMS.len()],
+    twin: Learnt,
+    centred: Learnt,
 }
 
 impl ChannelOdds {
-    fn put(&mut self, writer: &mut Writer, channel: &Channel) {
-        writer.value(channel.centre, CENTRES);
-        self.first.put(writer, channel.first);
-        self.later.put(writer, channel.later);
+    fn put(&mut self, writer: &mut Writer, k: usize, channel: &Channel) {
+        writer.choice(channel.form, &mut self.form);
+        if TWINS[k].is_some() {
+            writer.learnt(channel.twin, &mut self.twin);
+        }
+        if !channel.twin {
+            writer.learnt(channel.centre != 0, &mut self.centred);
+            if channel.centre != 0 {
+                writer.value(channel.centre, CENTRES);
+            }
+        }
     }
 
-    fn get(&mut self, reader: &mut Reader) -> Result<Channel, Damaged> {
-        let centre = reader.value(CENTRES)?;
+    fn get(&mut self, reader: &mut Reader, k: usize) -> Result<Channel, Damaged> {
+        let form = reader.choice(&mut self.form)?;
+        let twin = TWINS[k].is_some() && reader.learnt(&mut self.twin)?;
+        let has_centre = !twin && reader.learnt(&mut self.centred)?;
+        let centre = if has_centre { reader.value(CENTRES)? } else { 0 };
         if centre.abs() > MOST_LEVEL {
             return Err(Damaged);
         }
-        Ok(Channel { centre, first: self.first.get(reader)?, later: self.later.get(reader)? })
+        Ok(Channel { centre, twin, form })
     }
 }
 
 impl Key {
     /// Writes it.
     pub fn put(&self, writer: &mut Writer) {
-        let Session { precision, rate, neutral } = self.session;
         writer.bits(channels(), 32);
-        writer.bits(u32::from(precision), 16);
-        for word in [rate.numerator, rate.denominator, neutral] {
-            writer.bits(word, 32);
-        }
+        self.session.put(writer);
         let mut odds = ChannelOdds::default();
-        for channel in &self.tables {
-            odds.put(writer, channel);
+        for (k, channel) in self.tables.iter().enumerate() {
+            odds.put(writer, k, channel);
         }
         writer.bits(u32::from(self.next.is_some()), 1);
         let Some(next) = &self.next else { return };
         let mut changes = Learnt::default();
-        for (channel, next) in self.tables.iter().zip(next) {
+        for (k, (channel, next)) in self.tables.iter().zip(next).enumerate() {
             writer.learnt(channel != next, &mut changes);
             if channel != next {
-                odds.put(writer, next);
+                odds.put(writer, k, next);
             }
         }
     }
@@ -134,23 +209,18 @@ impl Key {
         if reader.bits(32)? != channels() {
             return Ok(None);
         }
-        let precision = reader.bits(16)? as u16;
-        let rate = FrameRate { numerator: reader.bits(32)?, denominator: reader.bits(32)? };
-        if rate.numerator == 0 || rate.denominator == 0 || !(0.1..=1000.0).contains(&rate.per_second()) {
-            return Err(Damaged);
-        }
-        let session = Session { precision, rate, neutral: reader.bits(32)? };
+        let session = Session::get(reader)?;
         let mut odds = ChannelOdds::default();
         let mut tables = FIRST_TABLES;
-        for channel in &mut tables {
-            *channel = odds.get(reader)?;
+        for (k, channel) in tables.iter_mut().enumerate() {
+            *channel = odds.get(reader, k)?;
         }
         let mut next = None;
         if reader.bits(1)? == 1 {
             let (mut changes, mut changed) = (Learnt::default(), tables);
-            for channel in &mut changed {
+            for (k, channel) in changed.iter_mut().enumerate() {
                 if reader.learnt(&mut changes)? {
-                    *channel = odds.get(reader)?;
+                    *channel = odds.get(reader, k)?;
                 }
             }
             next = Some(changed);
@@ -159,7 +229,7 @@ impl Key {
     }
 }
 
-/// Tables that fit levels seen: `firsts` of packets' first frames, `steps` from one frame to the next. A channel whose
+/// Tables that fit levels seen: `firsts` of packets' first frames, `steps` from those to the last. A channel whose
 /// table still fits keeps it.
 pub fn fitting<'a>(
     old: &Tables,
@@ -172,31 +242,31 @@ pub fn fitting<'a>(
         sorted.extend(firsts.clone().map(|levels| levels[k]));
         sorted.sort_unstable();
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
-        let kept = &old[k];
-        let first = Shape::fitting(sorted.iter().map(|level| level - median));
-        // A centre that has moved by less than a quarter of what levels differ by is no news.
-        let spread = sorted.iter().map(|level| i64::from((level - median).abs())).sum::<i64>();
-        let moved = i64::from((median - kept.centre).abs()) * 4 * sorted.len() as i64;
-        let (centre, first) = if moved > spread { (median, first) } else { (kept.centre, first) };
-        let later = Shape::fitting(steps.clone().map(|levels| levels[k]));
-        Channel { centre, first: steady(kept.first, first), later: steady(kept.later, later) }
+        let tallies = |channel: &Channel| {
+            let left = |levels: &Levels| twin(k, channel).map_or(0, |twin| levels[twin]);
+            [
+                Tally::of(firsts.clone().map(|levels| levels[k] - left(levels) - channel.centre)),
+                Tally::of(steps.clone().map(|levels| levels[k] - left(levels))),
+            ]
+        };
+        let bits = |tallies: &[Tally; 2], form: u8| -> u64 {
+            tallies.iter().zip(FORMS[usize::from(form)]).map(|(tally, shape)| tally.bits(shape)).sum()
+        };
+        let mut best = old[k];
+        let mut least = bits(&tallies(&best), best.form);
+        let mut news = NEWS;
+        let about = [(old[k].centre, false), (median, false), (0, true)];
+        for (centre, twin) in about.into_iter().filter(|(_, twin)| !twin || TWINS[k].is_some()) {
+            let tallies = tallies(&Channel { centre, twin, form: 0 });
+            for form in 0..FORMS.len() as u8 {
+                let bits = bits(&tallies, form);
+                if bits + news < least {
+                    (best, least, news) = (Channel { centre, twin, form }, bits, 0);
+                }
+            }
+        }
+        best
     })
-}
-
-/// The old shape where the new one is its neighbour.
-fn steady(old: Shape, new: Shape) -> Shape {
-    let near = |a: u8, b: u8| a.abs_diff(b) <= 1;
-    let quiet = old.zero == Shape::SILENT && new.zero == Shape::SILENT;
-    if quiet {
-        return Shape { size: 0, ..new };
-    }
-    let crosses = (old.zero == Shape::SILENT) != (new.zero == Shape::SILENT);
-    if !crosses && near(old.zero, new.zero) && near(old.size, new.size) { old } else { normal(new) }
-}
-
-/// As it comes back: the size of a silent channel is not told.
-fn normal(shape: Shape) -> Shape {
-    if shape.zero == Shape::SILENT { Shape { size: 0, ..shape } } else { shape }
 }
 
 #[cfg(test)]
@@ -205,23 +275,22 @@ mod tests {
 
     use super::*;
 
-    fn shape() -> impl Strategy<Value = Shape> {
-        (0_u8..8, 0_u8..16).prop_map(|(zero, size)| normal(Shape { zero, size }))
-    }
-
     fn tables() -> impl Strategy<Value = Tables> {
-        prop::collection::vec((-200_i32..200, shape(), shape()), CHANNEL_COUNT).prop_map(|rows| {
+        prop::collection::vec((-200_i32..200, any::<bool>(), 0_u8..16), CHANNEL_COUNT).prop_map(|rows| {
             std::array::from_fn(|k| {
-                let (centre, first, later) = rows[k];
-                Channel { centre, first, later }
+                let (centre, twin, form) = rows[k];
+                let twin = twin && TWINS[k].is_some();
+                Channel { centre: if twin { 0 } else { centre }, twin, form }
             })
         })
     }
 
     proptest! {
         #[test]
-        fn keys_come_back(tables in tables(), next in prop::option::of(tables()), words in any::<[u32; 2]>()) {
-            let rate = FrameRate { numerator: 30000, denominator: 1001 };
+        fn keys_come_back(tables in tables(), next in prop::option::of(tables()), words in any::<[u32; 3]>()) {
+            let rates = [(30, 1), (30000, 1001), (12345, 1000), (25 << 20, 1 << 20)];
+            let (numerator, denominator) = rates[words[2] as usize % 4];
+            let rate = FrameRate { numerator, denominator };
             let session = Session { precision: words[0] as u16, rate, neutral: words[1] };
             let key = Key { session, tables, next: next.filter(|next| *next != tables) };
             let mut writer = Writer::default();
@@ -243,20 +312,39 @@ mod tests {
     }
 
     #[test]
+    fn twins_stand_before_and_look_the_same_way() {
+        let at = |name: &str| ARKIT_SHAPES.iter().position(|shape| *shape == name).unwrap();
+        for (right, left) in [
+            ("eyeBlinkRight", Some("eyeBlinkLeft")),
+            ("eyeLookInRight", Some("eyeLookOutLeft")),
+            ("mouthSmileRight", Some("mouthSmileLeft")),
+            ("jawRight", None),
+            ("mouthRight", None),
+            ("eyeBlinkLeft", None),
+        ] {
+            assert_eq!(TWINS[at(right)], left.map(at), "{right}");
+        }
+        assert_eq!(TWINS.iter().flatten().count(), 18);
+    }
+
+    #[test]
     fn tables_fit_and_stay() {
+        let right = ARKIT_SHAPES.iter().position(|name| *name == "eyeBlinkRight").unwrap();
         let mut firsts = Vec::new();
-        for k in 0..60_i32 {
+        for k in 0..200_i32 {
             let mut levels = [0; CHANNEL_COUNT];
-            levels[0] = 100 + k % 7;
+            levels[0] = 100 + k * k % 17;
+            levels[right] = levels[0];
             levels[1] = if k % 10 == 0 { 12 } else { 0 };
             firsts.push(levels);
         }
-        let steps = vec![[0; CHANNEL_COUNT]; 60];
+        let steps = vec![[0; CHANNEL_COUNT]; 200];
         let fit = fitting(&FIRST_TABLES, firsts.iter(), steps.iter());
-        assert_eq!(fit[0].centre, 103);
+        assert!((100..117).contains(&fit[0].centre) && !fit[0].twin, "{:?}", fit[0]);
+        assert_eq!(fit[right], Channel { centre: 0, twin: true, form: 0 });
         assert_eq!(fit[1].centre, 0);
-        assert!(fit[1].first.zero >= 4 && fit[1].first.size >= 9, "{:?}", fit[1]);
-        assert_eq!(fit[2].first, Shape { zero: Shape::SILENT, size: 0 });
+        assert!((1..4).contains(&fit[1].form), "{:?}", fit[1]);
+        assert_eq!(fit[2], Channel::of(0));
         assert_eq!(fitting(&fit, firsts.iter(), steps.iter()), fit);
     }
 }

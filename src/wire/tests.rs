@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::{tables::FIRST_TABLES, *};
+use super::*;
 use crate::{
     appearance::{AppearanceStates, Region},
     capture::{FrameRate, Timestamp},
@@ -11,6 +11,7 @@ use crate::{
 
 const RATE: FrameRate = FrameRate { numerator: 30, denominator: 1 };
 const KEY: [u8; 32] = [3; 32];
+const EACH: usize = EncoderOptions::FRAMES_PER_PACKET;
 
 /// A face that talks, blinks and nods.
 fn act(count: u64) -> Vec<WireFrame> {
@@ -72,8 +73,8 @@ fn what_is_sent_arrives() {
         for (sent, got) in frames.iter().zip(&got) {
             assert!((sent.time.0 - got.time.0).abs() <= 50_000, "{} {}", sent.time.0, got.time.0);
             let [contraction, angle] = off(sent, got);
-            // Six tenths of the coarsest step.
-            assert!(contraction <= 0.0301 && angle < 0.001, "{contraction} {angle}");
+            // The coarsest step, and what rounding of the place between adds.
+            assert!(contraction <= 0.11 && angle < 0.003, "{contraction} {angle}");
             assert_eq!((got.state, got.appearance), (FaceState::Tracking, None));
         }
         assert_eq!(decoder.counts(), (packets.len() as u64, packets.len() as u64));
@@ -88,7 +89,7 @@ fn a_still_face_costs_its_envelopes_and_skin_that_is_not_told_nothing() {
     (0..).zip(&mut still).for_each(|(k, frame)| frame.time = RATE.tick(k));
     let size = |frames: &[WireFrame]| packets(frames, false).iter().map(Vec::len).sum::<usize>();
     let quiet = size(&still);
-    let envelopes = 300 * (HEADER_BYTES + 4);
+    let envelopes = 600 / EACH * (HEADER_BYTES + 4);
     assert!(quiet < envelopes + 3500, "{quiet} bytes, {envelopes} of them envelopes");
     // Skin that is told and does not change costs little more.
     let mut skin = AppearanceStates::default();
@@ -96,7 +97,7 @@ fn a_still_face_costs_its_envelopes_and_skin_that_is_not_told_nothing() {
     still.iter_mut().for_each(|frame| frame.appearance = Some(skin));
     let told = size(&still);
     println!("{quiet} bytes still, {told} with skin, {envelopes} of envelopes");
-    assert!(told < quiet + 600, "{told} bytes where {quiet} were");
+    assert!(told < quiet + 1200, "{told} bytes where {quiet} were");
     let got = play(&mut decoder(false), &packets(&still, false));
     assert_eq!(got[599].appearance.unwrap(), skin);
 }
@@ -106,10 +107,10 @@ fn whoever_joins_late_sees_a_face_within_a_second() {
     let frames = act(300);
     for sealed in [false, true] {
         let packets = packets(&frames, sealed);
-        for joined in 0..100 {
+        for joined in 0..250 / EACH {
             let got = play(&mut decoder(sealed), &packets[joined..]);
-            let missed = got[0].time.seconds() - frames[2 * joined].time.seconds();
-            assert!(missed < 0.95, "joined at packet {joined}, saw a face {missed} s later");
+            let missed = got[0].time.seconds() - frames[EACH * joined].time.seconds();
+            assert!(missed < 0.91, "joined at packet {joined}, saw a face {missed} s later");
             // From then on nothing is missing.
             assert_eq!(got.len(), frames.len() - (got[0].time.seconds() * 30.0).round() as usize);
         }
@@ -126,8 +127,12 @@ fn a_lost_packet_takes_its_own_frames_alone() {
         let mut left = packets.clone();
         left.remove(lost);
         let got = play(&mut decoder(false), &left);
-        let wanted: Vec<_> =
-            whole.iter().enumerate().filter(|(k, _)| k / 2 != lost).map(|(_, frame)| frame.clone()).collect();
+        let wanted: Vec<_> = whole
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| k / EACH != lost)
+            .map(|(_, frame)| frame.clone())
+            .collect();
         assert!(got == wanted, "packet {lost}");
     }
 }
@@ -138,7 +143,7 @@ fn a_key_is_missed_once_and_not_twice() {
     let packets = packets(&frames, false);
     let keys: Vec<usize> = (0..packets.len()).filter(|k| packets[*k][2] & 1 == 1).collect();
     let changes = keys.iter().filter(|k| packets[**k][3] != packets[*k - usize::from(**k > 0)][3]).count();
-    assert!(keys.len() >= 20 && changes > 2, "{} keys, {changes} changes of tables", keys.len());
+    assert!(keys.len() >= 20 && changes > 0, "{} keys, {changes} changes of tables", keys.len());
     let mut decoder = decoder(false);
     let mut unknown = 0;
     for (k, packet) in packets.iter().enumerate() {
@@ -198,7 +203,7 @@ fn sessions_follow_each_other_and_do_not_come_back() {
 
 #[test]
 fn the_wrong_ends_of_a_seal_hear_nothing() {
-    let frames = act(20);
+    let frames = act(21);
     let (open, sealed) = (packets(&frames, false), packets(&frames, true));
     let with = |key: u8| Decoder::new(Some(SecretKey::new([key; 32])));
     for packet in &sealed {
@@ -315,16 +320,7 @@ proptest! {
         for (sent, got) in frames.iter().zip(&got) {
             prop_assert_eq!(sent.time, got.time);
             let [contraction, angle] = off(sent, got);
-            prop_assert!(contraction <= 0.031 && angle <= 0.03);
-        }
-    }
-}
-
-#[test]
-fn first_tables_are_as_they_come_back() {
-    for channel in FIRST_TABLES {
-        for shape in [channel.first, channel.later] {
-            assert!(shape.zero < entropy::Shape::SILENT);
+            prop_assert!(contraction <= 0.151 && angle <= 0.04);
         }
     }
 }
