@@ -43,9 +43,12 @@ fn options(sealed: bool) -> EncoderOptions {
 #[bench(args = [false, true])]
 fn encode_ten_seconds(bencher: Bencher<'_, '_>, sealed: bool) {
     let frames = act();
-    bencher.counter(ItemsCount::new(FRAMES)).with_inputs(|| Encoder::new(&options(sealed))).bench_local_values(
-        |mut encoder| frames.iter().filter_map(|frame| encoder.push(frame).ok()).flatten().count(),
-    );
+    bencher
+        .counter(ItemsCount::new(FRAMES))
+        .with_inputs(|| Encoder::new(&options(sealed)))
+        .bench_local_values(|mut encoder| {
+            frames.iter().filter_map(|frame| encoder.push(frame).ok()).flatten().count()
+        });
 }
 
 #[bench(args = [false, true])]
