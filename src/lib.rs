@@ -29,6 +29,8 @@ pub mod appearance;
 pub mod export;
 pub mod view;
 
+pub mod wire;
+
 pub mod compare;
 
 pub mod pipeline;

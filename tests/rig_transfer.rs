@@ -13,6 +13,7 @@ use understudy::{
     rig::{Driver, Method, Rig, TargetFace},
     scan::{Mesh, Surface},
     tracking::{LANDMARK_COUNT, LandmarkState, Landmarks, index},
+    wire::HeadMeter,
 };
 
 const SCALE: f64 = 1.3;
@@ -164,6 +165,24 @@ fn the_head_turns_with_the_performers_in_the_targets_own_frame() {
     let axis = motion.rotation.axis().unwrap();
     let upright = pair.target.level.inverse() * Vector3::y();
     assert!((axis.dot(&upright) - 1.0).abs() < 1e-6, "{axis:?} should be {upright}");
+}
+
+#[test]
+fn over_the_wire_the_head_moves_the_same() {
+    let pair = pair();
+    let rig = rig(&pair, Method::default());
+    let rest = *pair.performer.rest();
+    let turn = Rotation3::new(Vector3::new(0.2, -0.4, 0.15));
+    let shift = Vector3::new(30.0, -12.0, 55.0);
+    let moved = HeadPose { rotation: turn * rest.rotation, translation: rest.translation + shift, ..rest };
+    let meter = HeadMeter::new(&pair.performer);
+    for pose in [rest, moved] {
+        let (sent, shown) = (rig.head_motion(&pose), meter.measure(&pose).on(&pair.target));
+        let nose = pair.target.landmarks[index::NOSE_TIP].unwrap();
+        assert!((sent * nose - shown * nose).norm() < 1e-6, "{sent} {shown}");
+        assert!(sent.rotation.angle_to(&shown.rotation) < 1e-9);
+    }
+    assert!(meter.measure(&rest).angles.iter().all(|angle| angle.abs() < 1e-12));
 }
 
 #[test]

@@ -122,8 +122,9 @@ enum Source {
     Curves(CurveTake, Box<MuscleBasis>),
 }
 
+/// A file that shows what is played.
 #[derive(Clone, Copy)]
-enum Kind {
+pub enum Kind {
     Png,
     Obj,
     Mp4,
@@ -137,7 +138,8 @@ fn parse_rate(text: &str) -> Result<f64, String> {
 }
 
 impl Kind {
-    fn of(path: &Path) -> Result<Self, String> {
+    /// By its extension.
+    pub fn of(path: &Path) -> Result<Self, String> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
@@ -183,46 +185,7 @@ impl Express {
         };
         let rate = self.fps.map_or(rate, FrameRate::nearest);
         let take = PlayedTake { target: &target, play: play.as_ref(), rate };
-        self.write(&take, &level, &gpu, &outputs, quiet)
-    }
-
-    fn write(
-        &self,
-        take: &PlayedTake,
-        level: &Rotation3<f64>,
-        gpu: &Gpu,
-        outputs: &[(Kind, &PathBuf)],
-        quiet: bool,
-    ) -> Outcome {
-        let frames = take.times().len() as u64;
-        let head = take.play.head();
-        let stage =
-            |smoothing| Stage::new(gpu, take.target, level, self.size, Look::default(), head, smoothing);
-        for (kind, path) in outputs {
-            let mut note = String::new();
-            match kind {
-                Kind::Png => save_png(path, &take.picture(&mut stage(Smoothing::Samples4)?)?)?,
-                Kind::Obj => take.write_obj(path)?,
-                Kind::Glb => {
-                    let report = take.write_glb(path)?;
-                    note = format!(" ({} morph targets, {:.3} mm RMS)", report.morphs, report.rms);
-                }
-                Kind::Pc2 => {
-                    let bar = progress::bar("caching", Some(frames), quiet);
-                    take.write_pc2(path, |done| bar.set_position(done))?;
-                    bar.finish_and_clear();
-                }
-                Kind::Mp4 => {
-                    let bar = progress::bar("drawing", Some(frames), quiet);
-                    take.write_mp4(path, &mut stage(Smoothing::Edges)?, |done| bar.set_position(done))?;
-                    bar.finish_and_clear();
-                }
-            }
-            if !quiet {
-                say!("wrote {}{note}", path.display());
-            }
-        }
-        Ok(())
+        write_take(&take, &level, self.size, &gpu, &outputs, quiet)
     }
 
     /// What is to be shown; without anything, the neutral. Refuses muscles and action units that nobody knows.
@@ -292,4 +255,43 @@ impl Express {
         }
         Ok(outputs)
     }
+}
+
+/// Writes what is played on a target into every output.
+pub fn write_take(
+    take: &PlayedTake,
+    level: &Rotation3<f64>,
+    size: [u32; 2],
+    gpu: &Gpu,
+    outputs: &[(Kind, &PathBuf)],
+    quiet: bool,
+) -> Outcome {
+    let frames = take.times().len() as u64;
+    let head = take.play.head();
+    let stage = |smoothing| Stage::new(gpu, take.target, level, size, Look::default(), head, smoothing);
+    for (kind, path) in outputs {
+        let mut note = String::new();
+        match kind {
+            Kind::Png => save_png(path, &take.picture(&mut stage(Smoothing::Samples4)?)?)?,
+            Kind::Obj => take.write_obj(path)?,
+            Kind::Glb => {
+                let report = take.write_glb(path)?;
+                note = format!(" ({} morph targets, {:.3} mm RMS)", report.morphs, report.rms);
+            }
+            Kind::Pc2 => {
+                let bar = progress::bar("caching", Some(frames), quiet);
+                take.write_pc2(path, |done| bar.set_position(done))?;
+                bar.finish_and_clear();
+            }
+            Kind::Mp4 => {
+                let bar = progress::bar("drawing", Some(frames), quiet);
+                take.write_mp4(path, &mut stage(Smoothing::Edges)?, |done| bar.set_position(done))?;
+                bar.finish_and_clear();
+            }
+        }
+        if !quiet {
+            say!("wrote {}{note}", path.display());
+        }
+    }
+    Ok(())
 }

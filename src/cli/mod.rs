@@ -26,8 +26,10 @@ mod plot;
 mod prepare;
 mod preprocess;
 mod progress;
+mod receive;
 mod refine;
 mod render;
+mod send;
 mod target;
 mod track;
 mod volume;
@@ -56,6 +58,8 @@ Examples:
   understudy plot take.muscles.csv -o curves.svg
   understudy muscles --target scan.obj -o muscles.png
   understudy refine takes/*.csv --basis sixteen -o mine.json
+  understudy send clip.mp4 --to 7331
+  understudy receive --listen 7331 --target scan.obj -o avatar.mp4
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -87,6 +91,8 @@ enum Command {
     Plot(plot::Plot),
     Muscles(Box<muscles::Muscles>),
     Refine(refine::Refine),
+    Send(Box<send::Send>),
+    Receive(Box<receive::Receive>),
     Assets(assets::AssetsCommand),
 }
 
@@ -120,6 +126,8 @@ pub fn run() -> ExitCode {
         Command::Plot(command) => command.run(cli.quiet),
         Command::Muscles(command) => command.run(cli.quiet),
         Command::Refine(command) => command.run(cli.quiet),
+        Command::Send(command) => command.run(cli.quiet),
+        Command::Receive(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

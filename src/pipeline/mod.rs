@@ -35,6 +35,7 @@ mod stage;
 mod stopwatch;
 mod target;
 mod target_cache;
+mod wire_take;
 
 pub use action_columns::ActionColumns;
 pub use action_take::{ActionTake, Playing};
@@ -66,3 +67,4 @@ pub use sculpts::read_sculpts;
 pub use stage::{HeadMode, Stage};
 pub use stopwatch::Stopwatch;
 pub use target::{Target, TargetOptions};
+pub use wire_take::{WirePlay, neutral_hash, wire_curves};

@@ -35,6 +35,7 @@ pub use method::{Method, TransferRule, WarpKind};
 pub use motor::Motor;
 pub use puppet::{AvatarFrame, Bones, Puppet};
 pub use source::SourceFace;
+pub(crate) use target::PIVOT_DEPTH;
 pub use target::TargetFace;
 pub use transfer::Transfer;
 pub use volume::{TRACKED_18, VolumeMorph, VolumePoints};

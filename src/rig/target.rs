@@ -8,7 +8,7 @@ use crate::tracking::{LANDMARK_COUNT, SKIN_LANDMARK_COUNT, index};
 /// Landmarks that a target cannot do without: eyes, nose and mouth.
 const FEWEST: usize = 40;
 /// The head turns about a point this many outer canthal distances behind the eyes.
-pub(super) const PIVOT_DEPTH: f64 = 0.9;
+pub(crate) const PIVOT_DEPTH: f64 = 0.9;
 
 /// A target's landmarks and how it must be turned to be seen as the performer is.
 #[derive(Debug, Clone)]
