@@ -3,12 +3,14 @@
 //! `docs/appearance.md` shows it, `docs/benchmarks/appearance.md` says how well it is told.
 
 mod area;
+mod face_chart;
 mod face_frame;
 mod region;
 mod states;
 mod volume;
 
 pub use area::Area;
+pub use face_chart::FaceChart;
 pub use face_frame::{Anchor, FACE_WIDTH, FRAME_SIZE, FaceFrame};
 pub use region::{Detail, REGION_COUNT, Region};
 pub use states::AppearanceStates;

@@ -204,7 +204,7 @@ impl Animate {
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || self.rig(&take.motion, target, &face, library))?;
-        let animation = Animation { motion: &take.motion, target, rig: &rig, head };
+        let animation = Animation { motion: &take.motion, target, rig: &rig, head, states: None };
         let ticks = animation.ticks().len() as u64;
         for (kind, path) in files {
             let watch = &mut take.watch;

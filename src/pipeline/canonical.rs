@@ -34,6 +34,12 @@ pub fn canonical_skin(path: &Path, face: &[Point3<f64>]) -> Result<Surface, Pipe
         .map_err(|fault| PipelineError::CanonicalFace { path: path.into(), reason: fault.to_string() })
 }
 
+/// The points, and the triangles of the skin between them.
+pub(super) fn points_and_triangles(path: &Path) -> Result<(Vec<Point3<f64>>, Vec<[u32; 3]>), PipelineError> {
+    let triangles = read(path)?.triangles;
+    Ok((read_canonical_face(path)?, triangles))
+}
+
 fn read(path: &Path) -> Result<CanonicalFile, PipelineError> {
     let unusable = |reason: String| PipelineError::CanonicalFace { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;

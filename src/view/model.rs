@@ -1,6 +1,6 @@
 //! A mesh on the graphics device.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::{Vector3, Vector4};
@@ -44,7 +44,7 @@ struct MaterialUniform {
 /// The triangles of one material.
 #[derive(Debug)]
 pub(super) struct Part {
-    pub indices: std::ops::Range<u32>,
+    pub indices: Range<u32>,
     pub textured: bool,
     /// Whether it shines wet.
     pub glossy: bool,
@@ -160,17 +160,33 @@ impl Model {
     /// What they hide is then never shaded, which is half of a closed head. `eye` is in the model's frame,
     /// homogeneous: a point or, for parallel rays, the direction towards the viewer.
     pub(super) fn facing_first(&self, vertices: &[MovingVertex], eye: Vector4<f32>, out: &mut Vec<[u32; 3]>) {
-        out.clear();
-        let at = |index: u32| Vector3::from(vertices[index as usize].position);
-        let faces = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(at);
-            (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
-        };
-        for part in &self.parts {
-            let part = &self.triangles[part.indices.start as usize / 3..part.indices.end as usize / 3];
-            out.extend(part.iter().filter(|triangle| faces(triangle)));
-            out.extend(part.iter().filter(|triangle| !faces(triangle)));
-        }
+        facing_first(&self.triangles, self.parts.iter().map(|part| &part.indices), vertices, eye, out);
+    }
+
+    /// The triangles of a range of indices.
+    pub(super) fn triangles_of(&self, indices: &Range<u32>) -> &[[u32; 3]] {
+        &self.triangles[indices.start as usize / 3..indices.end as usize / 3]
+    }
+}
+
+/// Within each run of indices those triangles first that turn their outside to `eye`.
+pub(super) fn facing_first<'a>(
+    triangles: &[[u32; 3]],
+    runs: impl Iterator<Item = &'a Range<u32>>,
+    vertices: &[MovingVertex],
+    eye: Vector4<f32>,
+    out: &mut Vec<[u32; 3]>,
+) {
+    out.clear();
+    let at = |index: u32| Vector3::from(vertices[index as usize].position);
+    let faces = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(at);
+        (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
+    };
+    for run in runs {
+        let run = &triangles[run.start as usize / 3..run.end as usize / 3];
+        out.extend(run.iter().filter(|triangle| faces(triangle)));
+        out.extend(run.iter().filter(|triangle| !faces(triangle)));
     }
 }
 
@@ -219,7 +235,7 @@ fn split(mesh: &Mesh) -> Split {
 }
 
 /// The triangles sorted by material, otherwise in their order, and for every material in use its range of indices.
-fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
+fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, Range<u32>)>) {
     let material = |t: &u32| mesh.triangle_materials.get(*t as usize).copied().unwrap_or(0);
     let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     order.sort_by_key(material);
@@ -237,7 +253,7 @@ fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
 }
 
 /// Binds every material in use; a texture that several share is decoded once.
-fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> Result<Vec<Part>, ViewError> {
+fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, Range<u32>)>) -> Result<Vec<Part>, ViewError> {
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("scan texture"),
         address_mode_u: wgpu::AddressMode::Repeat,

@@ -5,6 +5,7 @@ use image::RgbaImage;
 use nalgebra::{Matrix3, Matrix4};
 
 use super::edges::EdgeSmoother;
+use super::living::{LivingModel, SkinPrograms};
 use super::look::{Background, Lighting, Look};
 use super::model::{CLAY, Model, MovingVertex, filled};
 use super::pipelines::{COLOUR, DEPTH, Pipelines};
@@ -26,9 +27,11 @@ pub enum Smoothing {
 /// Draws pictures of one size on one device.
 #[derive(Debug)]
 pub struct Renderer {
-    gpu: Gpu,
+    pub(super) gpu: Gpu,
     size: wgpu::Extent3d,
-    pipelines: Pipelines,
+    pub(super) pipelines: Pipelines,
+    /// Made when the first living skin is drawn.
+    pub(super) skin: Option<SkinPrograms>,
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     picture: wgpu::Texture,
@@ -105,6 +108,7 @@ impl Renderer {
                 entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
             }),
             pipelines,
+            skin: None,
             frame,
             picture_view: view(&picture),
             picture,
@@ -131,6 +135,11 @@ impl Renderer {
         [self.size.width, self.size.height]
     }
 
+    /// Samples a pixel.
+    pub(super) fn sample_count(&self) -> u32 {
+        if self.samples.is_some() { 4 } else { 1 }
+    }
+
     /// The picture on the device, `Rgba8Unorm` holding sRGB, for a window to show. The next `draw` overwrites it.
     /// `Smoothing::Edges` does not reach it.
     pub fn picture(&self) -> &wgpu::Texture {
@@ -151,6 +160,21 @@ impl Renderer {
         camera: &ViewCamera,
         look: &Look,
     ) -> Result<(), ViewError> {
+        self.begin(model, None, positions, normals, world_from_model, camera, look)
+    }
+
+    /// Draws `model`, with living skin on it where there is any; it is the skin's own model then.
+    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and what it may wear")]
+    pub(super) fn begin(
+        &mut self,
+        model: &Model,
+        mut living: Option<&mut LivingModel>,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        world_from_model: &Matrix4<f64>,
+        camera: &ViewCamera,
+        look: &Look,
+    ) -> Result<(), ViewError> {
         camera.check()?;
         if camera.viewport != self.size() {
             let [width, height] = camera.viewport;
@@ -163,7 +187,10 @@ impl Renderer {
         self.gpu.queue.write_buffer(&model.moving, 0, bytemuck::cast_slice(&self.vertices));
         if let Some(model_from_view) = (camera.view_from_world() * world_from_model).try_inverse() {
             let eye = (model_from_view * camera.eye_in_view()).cast::<f32>();
-            model.facing_first(&self.vertices, eye, &mut self.triangles);
+            match &living {
+                Some(living) => living.facing_first(&self.vertices, eye, &mut self.triangles),
+                None => model.facing_first(&self.vertices, eye, &mut self.triangles),
+            }
             self.gpu.queue.write_buffer(&model.indices, 0, bytemuck::cast_slice(&self.triangles));
         }
         let uniform = self.uniform(model, world_from_model, camera, *look);
@@ -175,7 +202,10 @@ impl Renderer {
         if copied {
             self.copy_backdrop(&mut encoder, look.background);
         }
-        self.draw_model(&mut encoder, model, copied);
+        if let Some(living) = living.as_mut() {
+            living.compose(&self.gpu, &mut encoder);
+        }
+        self.draw_model(&mut encoder, model, living.as_deref(), copied);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
     }
@@ -229,7 +259,13 @@ impl Renderer {
         pass.draw(0..3, 0..1);
     }
 
-    fn draw_model(&self, encoder: &mut wgpu::CommandEncoder, model: &Model, background_is_there: bool) {
+    fn draw_model(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        model: &Model,
+        living: Option<&LivingModel>,
+        background_is_there: bool,
+    ) {
         let [r, g, b, a] = self.look.background_colours()[0].map(f64::from);
         let load = if background_is_there {
             wgpu::LoadOp::Load
@@ -245,10 +281,14 @@ impl Renderer {
         pass.set_vertex_buffer(0, model.fixed.slice(..));
         pass.set_vertex_buffer(1, model.moving.slice(..));
         pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for part in &model.parts {
-            pass.set_pipeline(self.pipelines.part(self.look.lighting, part));
-            pass.set_bind_group(1, &part.material, &[]);
-            pass.draw_indexed(part.indices.clone(), 0, 0..1);
+        if let (Some(living), Some(programs)) = (living, &self.skin) {
+            living.draw(&mut pass, &self.pipelines, programs, self.look.lighting);
+        } else {
+            for part in &model.parts {
+                pass.set_pipeline(self.pipelines.part(self.look.lighting, part));
+                pass.set_bind_group(1, &part.material, &[]);
+                pass.draw_indexed(part.indices.clone(), 0, 0..1);
+            }
         }
         if !background_is_there && matches!(self.look.background, Background::Vertical { .. }) {
             self.draw_background(&mut pass);
