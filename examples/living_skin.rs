@@ -18,7 +18,7 @@ use nalgebra::Rotation3;
 use understudy::{
     appearance::{AppearanceStates, Region, TextureVolume},
     assets::Assets,
-    pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions},
+    pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions, bake_skin},
     rig::AvatarFrame,
     tracking::TrackerOptions,
     view::{Gpu, Lighting, Look, SkinMode, Smoothing, contact_sheet, save_png},
@@ -53,6 +53,9 @@ struct Arguments {
     /// The scan's colours without light
     #[arg(long)]
     unlit: bool,
+    /// A folder for wrinkle maps of the last scan
+    #[arg(long)]
+    bake: Option<PathBuf>,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -71,6 +74,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         if arguments.chart {
             cells.push((chart::picture(&gpu, &target, &face, arguments.yaw)?, target.scan.name.clone()));
         } else {
+            if let Some(folder) = &arguments.bake {
+                bake_skin(folder, &target, &face, &volumes, SkinMode::Ratio, arguments.gain)?;
+            }
             row(&arguments, &gpu, &target, &face, &volumes, &mut cells)?;
         }
     }

@@ -5,10 +5,10 @@ use std::error::Error;
 use image::{Rgba, RgbaImage};
 use nalgebra::{Point2, Rotation3};
 use understudy::{
-    appearance::{Area, FaceChart, Region},
+    appearance::{ALPHA_RAMP, Area, FaceChart, Region},
     pipeline::{HeadMode, SharedFace, Stage, Target},
     rig::AvatarFrame,
-    view::{ALPHA_RAMP, Gpu, Look, Smoothing},
+    view::{Gpu, Look, Smoothing},
 };
 
 const SIDE: u32 = 640;

@@ -3,6 +3,7 @@
 //! `docs/appearance.md` shows it, `docs/benchmarks/appearance.md` says how well it is told.
 
 mod area;
+mod composition;
 mod face_chart;
 mod face_frame;
 mod region;
@@ -10,6 +11,7 @@ mod states;
 mod volume;
 
 pub use area::Area;
+pub use composition::{ALPHA_RAMP, Composition};
 pub use face_chart::FaceChart;
 pub use face_frame::{Anchor, FACE_WIDTH, FRAME_SIZE, FaceFrame};
 pub use region::{Detail, REGION_COUNT, Region};

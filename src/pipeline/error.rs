@@ -99,6 +99,15 @@ pub enum PipelineError {
         /// Points found.
         found: usize,
     },
+    /// Nothing to bake skin into.
+    #[error(
+        "{scan} has no texture of its own, and wrinkle maps are textures. Leave --bake out: films and pictures show the \
+         wrinkles on vertex colours too, and a .glb holds their curves"
+    )]
+    NoSkinTexture {
+        /// The scan's name.
+        scan: String,
+    },
     /// A stage's thread ended without saying why.
     #[error("the {stage} stage stopped unexpectedly; please report this with the command that was run")]
     StageLost {

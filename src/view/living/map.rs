@@ -4,10 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use half::f16;
 
 use super::super::{Gpu, ViewError, model::filled};
-use crate::appearance::{AppearanceStates, Area, FRAME_SIZE, FaceFrame, Region, TextureVolume};
+use crate::appearance::{ALPHA_RAMP, AppearanceStates, Area, FRAME_SIZE, FaceFrame, Region, TextureVolume};
 
-/// Pixels of the shared frame from a region's edge to where it shows wholly (002 §V.iii: "a ten-pixel linear alpha mask").
-pub const ALPHA_RAMP: f64 = 10.0;
 /// Enough for sums of logarithms and for squared colours; every device filters and blends it.
 const MAP: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 

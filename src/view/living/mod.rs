@@ -8,7 +8,7 @@ mod map;
 mod model;
 mod programs;
 
-pub use map::{ALPHA_RAMP, SkinMode};
+pub use map::SkinMode;
 pub use model::LivingModel;
 
 pub(super) use programs::SkinPrograms;
