@@ -4,23 +4,33 @@
 
 mod area;
 mod classifier;
+mod cues;
+mod error;
 mod face_frame;
 pub mod haar;
+mod learn;
 mod picture;
 mod region;
 mod sample;
 mod sampler;
+mod skin;
 mod states;
+mod states_csv;
 mod template;
 mod volume;
 
 pub use area::Area;
 pub use classifier::{Classifier, Match};
+pub use cues::{muscles, request};
+pub use error::AppearanceError;
 pub use face_frame::{Anchor, FACE_WIDTH, FRAME_SIZE, FaceFrame};
+pub use learn::{Lesson, Look, MOST_AVERAGED, Stage, Unlearnt, learn, learn_from};
 pub use picture::Picture;
 pub use region::{Detail, REGION_COUNT, Region};
 pub use sample::{FINE_SIDE, OFFSETS, Sample};
 pub use sampler::{Absence, Sampler, Samples, face_width};
+pub use skin::{Exemplar, RegionSkin, Skin};
 pub use states::AppearanceStates;
+pub use states_csv::{AppearanceFrame, columns, read_appearance_csv};
 pub use template::{KEPT, Template};
 pub use volume::{FEWEST_LAYERS, Layer, MOST_LAYERS, Patch, TextureVolume};

@@ -1,6 +1,6 @@
 //! An appearance sample: the look of a region in one picture (002 §V.i), and its five offset versions.
 
-use super::haar::{COUNT, Grid, SIDE};
+use super::haar::{self, COUNT, Grid, SIDE};
 
 /// Samples of the fine grid along each side: half a step of the 16×16 grid, and half a step around it.
 pub const FINE_SIDE: usize = 2 * SIDE + 2;
@@ -48,6 +48,18 @@ impl Sample {
     /// Mean luminance, 0..=255.
     pub fn mean(&self) -> f32 {
         self.luma.iter().map(|&value| f32::from(value)).sum::<f32>() / self.luma.len() as f32
+    }
+
+    /// How much contrast the details have that are finer than a quarter of the region, over the mean luminance.
+    pub fn relief(&self) -> f32 {
+        let fine = |at: usize| f32::from(self.luma[at]);
+        let mut grid: Grid = std::array::from_fn(|at| {
+            let first = (1 + 2 * (at / SIDE)) * FINE_SIDE + 1 + 2 * (at % SIDE);
+            (fine(first) + fine(first + 1) + fine(first + FINE_SIDE) + fine(first + FINE_SIDE + 1)) / 4.0
+        });
+        haar::decompose(&mut grid);
+        let energy: f32 = (0..COUNT).filter(|&at| haar::scale_of(at) > 2).map(|at| grid[at] * grid[at]).sum();
+        (energy / COUNT as f32).sqrt() / self.mean().max(1.0)
     }
 
     /// The picture of the sample, 34×34, row by row.
