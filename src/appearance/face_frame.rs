@@ -136,12 +136,19 @@ fn anchors(points: &[Point2<f64>], face: &[Point3<f64>], triangles: &[[u16; 3]])
     anchors
 }
 
+/// The frame of a sheet, for tests of what lies in a frame.
+#[cfg(test)]
+pub(super) fn sheet_frame() -> FaceFrame {
+    let (face, triangles) = tests::sheet();
+    FaceFrame::new(&face, &triangles).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// A sheet of 468 points that bulges towards the viewer, in 26 columns and 18 rows.
-    fn sheet() -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    pub(super) fn sheet() -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
         let point = |i: usize| {
             let (x, y) = ((i % 26) as f64 - 12.5, (i / 26) as f64 - 8.5);
             Point3::new(x, y, -0.01 * x * x)

@@ -3,17 +3,45 @@
 //! `docs/appearance.md` shows it, `docs/benchmarks/appearance.md` says how well it is told.
 
 mod area;
+mod blur;
+mod classifier;
 mod composition;
+mod cues;
+mod error;
 mod face_chart;
 mod face_frame;
+mod face_image;
+pub mod haar;
+mod learn;
+mod picture;
+mod ratio;
+mod ratio_mask;
 mod region;
+mod sample;
+mod sampler;
+mod skin;
+mod srgb;
 mod states;
+mod states_csv;
+mod template;
 mod volume;
 
 pub use area::Area;
+pub use classifier::{Classifier, Match};
 pub use composition::{ALPHA_RAMP, Composition};
+pub use cues::{muscles, request};
+pub use error::AppearanceError;
 pub use face_chart::FaceChart;
 pub use face_frame::{Anchor, FACE_WIDTH, FRAME_SIZE, FaceFrame};
+pub use face_image::{DARKEST, FaceImage};
+pub use learn::{Lesson, Look, MOST_AVERAGED, Stage, Unlearnt, learn, learn_from};
+pub use picture::Picture;
+pub use ratio::{RatioFilter, RatioImage, RatioOptions};
 pub use region::{Detail, REGION_COUNT, Region};
+pub use sample::{FINE_SIDE, OFFSETS, Sample};
+pub use sampler::{Absence, Sampler, Samples, face_width};
+pub use skin::{Exemplar, RegionSkin, Skin};
 pub use states::AppearanceStates;
+pub use states_csv::{AppearanceFrame, columns, read_appearance_csv};
+pub use template::{KEPT, Template};
 pub use volume::{FEWEST_LAYERS, Layer, MOST_LAYERS, Patch, TextureVolume};

@@ -28,6 +28,7 @@ mod preprocess;
 mod progress;
 mod refine;
 mod render;
+mod skin;
 mod target;
 mod track;
 

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use understudy::{
     appearance::{AppearanceStates, Region, Skin, TextureVolume},
     assets::Assets,
-    pipeline::{LivingSkin, PipelineError, SharedFace, Target},
+    pipeline::{LivingSkin, PipelineError, SharedFace, Target, bake_skin},
     view::{Gpu, SkinMode},
 };
 
@@ -75,6 +75,11 @@ impl WornSkin {
         LivingSkin::new(gpu, target, &self.face, &self.volumes, self.mode, self.gain)
     }
 
+    /// Writes the skin into a target's textures.
+    pub fn bake(&self, folder: &Path, target: &Target) -> Result<Vec<PathBuf>, PipelineError> {
+        bake_skin(folder, target, &self.face, &self.volumes, self.mode, self.gain)
+    }
+
     /// States from `REGION=STATE`; a region without its side is both. Refuses names that there are not, and regions that
     /// were never learnt.
     pub fn states(&self, texts: &[String]) -> Result<AppearanceStates, String> {
@@ -82,11 +87,16 @@ impl WornSkin {
         for text in texts {
             let (name, state) = text.split_once('=').unwrap_or((text, "1"));
             let state: Option<f32> = state.parse().ok().filter(|state| (0.0..=1.0).contains(state));
-            let state = state.ok_or_else(|| format!("--wrinkle {text}: write REGION=STATE, STATE from 0 to 1"))?;
-            let regions: Vec<Region> = Region::ALL.into_iter().filter(|region| is_called(*region, name)).collect();
+            let state =
+                state.ok_or_else(|| format!("--wrinkle {text}: write REGION=STATE, STATE from 0 to 1"))?;
+            let regions: Vec<Region> =
+                Region::ALL.into_iter().filter(|region| is_called(*region, name)).collect();
             if regions.is_empty() {
                 let names: Vec<&str> = Region::ALL.into_iter().map(Region::name).collect();
-                return Err(format!("--wrinkle {text}: there is no region {name}. Regions are {}", names.join(", ")));
+                return Err(format!(
+                    "--wrinkle {text}: there is no region {name}. Regions are {}",
+                    names.join(", ")
+                ));
             }
             let learnt = |region: &Region| self.volumes.iter().any(|volume| volume.region() == *region);
             if !regions.iter().any(learnt) {
@@ -114,6 +124,9 @@ mod tests {
     #[test]
     fn a_pair_is_called_without_its_side() {
         let called = |name| Region::ALL.into_iter().filter(|region| is_called(*region, name)).count();
-        assert_eq!([called("forehead"), called("nasolabial"), called("eye_left"), called("nose")], [1, 2, 1, 0]);
+        assert_eq!(
+            [called("forehead"), called("nasolabial"), called("eye_left"), called("nose")],
+            [1, 2, 1, 0]
+        );
     }
 }

@@ -34,10 +34,9 @@ pub fn canonical_skin(path: &Path, face: &[Point3<f64>]) -> Result<Surface, Pipe
         .map_err(|fault| PipelineError::CanonicalFace { path: path.into(), reason: fault.to_string() })
 }
 
-/// The points, and the triangles of the skin between them.
-pub(super) fn points_and_triangles(path: &Path) -> Result<(Vec<Point3<f64>>, Vec<[u32; 3]>), PipelineError> {
-    let triangles = read(path)?.triangles;
-    Ok((read_canonical_face(path)?, triangles))
+/// The triangles of the canonical face's skin, landmarks in threes.
+pub(super) fn canonical_triangles(path: &Path) -> Result<Vec<[u32; 3]>, PipelineError> {
+    Ok(read(path)?.triangles)
 }
 
 fn read(path: &Path) -> Result<CanonicalFile, PipelineError> {

@@ -52,6 +52,11 @@ pub enum PipelineError {
         /// Why.
         source: std::io::Error,
     },
+    /// The canonical face does not carry the regions of the skin, or the performer's face has no extent.
+    #[error(
+        "the face has no place for the regions of the skin. Remove the canonical face and run `make setup`"
+    )]
+    NoSampler,
     /// A scan that cannot be gridded.
     #[error("{scan}: {source}")]
     Grid {

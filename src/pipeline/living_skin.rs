@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use nalgebra::Point3;
 
-use super::{PipelineError, Target, canonical};
+use super::{PipelineError, Target, read_canonical_face, read_face_frame};
 use crate::{
     anatomy::PartKind,
     appearance::{FaceChart, FaceFrame, TextureVolume},
@@ -22,12 +22,7 @@ pub struct SharedFace {
 impl SharedFace {
     /// Reads the canonical face.
     pub fn read(path: &Path) -> Result<Self, PipelineError> {
-        let (points, triangles) = canonical::points_and_triangles(path)?;
-        let frame = FaceFrame::new(&points, &triangles).ok_or_else(|| PipelineError::CanonicalFace {
-            path: path.into(),
-            reason: "its triangles make no face".into(),
-        })?;
-        Ok(Self { points, frame })
+        Ok(Self { points: read_canonical_face(path)?, frame: read_face_frame(path)? })
     }
 
     /// The frame.

@@ -3,6 +3,7 @@
 mod action_columns;
 mod action_take;
 mod animation;
+mod appearance_observer;
 mod avatar_glb;
 mod average_face;
 mod baked_texture;
@@ -41,6 +42,7 @@ mod target_cache;
 pub use action_columns::ActionColumns;
 pub use action_take::{ActionTake, Playing};
 pub use animation::{Animation, ControlMotion, VideoPlan};
+pub use appearance_observer::{ObservedFrame, observe, read_face_frame, speeds};
 pub use avatar_glb::{expression_sheet, write_avatar_glb};
 pub use average_face::{AverageFace, AverageOptions, FaceShape};
 pub use canonical::{canonical_skin, read_canonical_face};
