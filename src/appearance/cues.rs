@@ -10,12 +10,20 @@ pub fn muscles(region: Region) -> &'static [&'static str] {
             &["browInnerUp", "browOuterUpLeft", "browOuterUpRight", "frontalis_left", "frontalis_right"]
         }
         Region::Glabella => &["browDownLeft", "browDownRight", "corrugator_left", "corrugator_right"],
-        Region::CrowsFeetRight => {
-            &["cheekSquintRight", "eyeSquintRight", "mouthSmileRight", "orbicularis_oculi_right", "zygomatic_major_right"]
-        }
-        Region::CrowsFeetLeft => {
-            &["cheekSquintLeft", "eyeSquintLeft", "mouthSmileLeft", "orbicularis_oculi_left", "zygomatic_major_left"]
-        }
+        Region::CrowsFeetRight => &[
+            "cheekSquintRight",
+            "eyeSquintRight",
+            "mouthSmileRight",
+            "orbicularis_oculi_right",
+            "zygomatic_major_right",
+        ],
+        Region::CrowsFeetLeft => &[
+            "cheekSquintLeft",
+            "eyeSquintLeft",
+            "mouthSmileLeft",
+            "orbicularis_oculi_left",
+            "zygomatic_major_left",
+        ],
         Region::NasolabialRight => &[
             "mouthSmileRight",
             "noseSneerRight",
@@ -30,12 +38,20 @@ pub fn muscles(region: Region) -> &'static [&'static str] {
             "zygomatic_major_left",
             "levator_labii_superioris_left",
         ],
-        Region::MouthCornerRight => {
-            &["mouthSmileRight", "mouthDimpleRight", "mouthStretchRight", "zygomatic_major_right", "risorius_right"]
-        }
-        Region::MouthCornerLeft => {
-            &["mouthSmileLeft", "mouthDimpleLeft", "mouthStretchLeft", "zygomatic_major_left", "risorius_left"]
-        }
+        Region::MouthCornerRight => &[
+            "mouthSmileRight",
+            "mouthDimpleRight",
+            "mouthStretchRight",
+            "zygomatic_major_right",
+            "risorius_right",
+        ],
+        Region::MouthCornerLeft => &[
+            "mouthSmileLeft",
+            "mouthDimpleLeft",
+            "mouthStretchLeft",
+            "zygomatic_major_left",
+            "risorius_left",
+        ],
         Region::Chin => &["mouthShrugLower"],
         Region::EyeRight | Region::EyeLeft => &[],
     }
