@@ -17,12 +17,16 @@ const FEWEST_LOOKS: usize = 12;
 /// Rise of the cue that counts as performed: contractions of muscles, closure of lids.
 const RISE: f32 = 0.25;
 const LID_RISE: f32 = 0.6;
+/// Closure from which a lid is shut.
+const SHUT: f32 = 0.9;
+/// Fewest looks of an extreme.
+const FEWEST_STRONG: usize = 3;
 /// The expressive look differs from the neutral by at least this many times what neutral looks differ from their mean.
 const CLEAR: f32 = 1.5;
-/// Share of looks around the neutral from which the scores of the performer's own skin are known, and by how much more a look may
-/// differ before it counts as something else.
-const OWN_SHARE: f32 = 0.9;
-const REACH: f32 = 1.25;
+/// Share of looks by which the scores of the performer's own skin are known, and how many times farther a look may be from all
+/// templates before it counts as something else.
+const OWN_SHARE: f32 = 0.75;
+const REACH: f32 = 1.75;
 
 /// The look of a region in one frame that can be learnt from: seen, facing the camera, not blurred.
 #[derive(Debug, Clone)]
@@ -88,15 +92,12 @@ pub fn learn(region: Region, looks: &[Look]) -> Result<Lesson, Unlearnt> {
     let neutral = neutral_looks(looks, &all);
     let rest = mean(looks, &closest(looks, &neutral, &median(looks, &neutral)));
     let low = quantile(neutral.iter().map(|&at| looks[at].cue).collect(), 0.5);
-    let wanted = (looks.len() / 20).max(AVERAGED).min(looks.len() / 3);
-    let mut strongest = all.clone();
-    strongest.sort_by(|&a, &b| looks[b].cue.total_cmp(&looks[a].cue).then(a.cmp(&b)));
-    strongest.truncate(wanted);
-    let high = quantile(strongest.iter().map(|&at| looks[at].cue).collect(), 0.5);
-    if high - low < if region.is_eye() { LID_RISE } else { RISE } {
+    let (strongest, high) = strongest(region, looks, &rest);
+    if high - low < if region.is_eye() { LID_RISE } else { RISE } || strongest.len() < FEWEST_STRONG {
         return Err(Unlearnt::NotPerformed(high - low));
     }
-    strongest.retain(|&at| looks[at].cue - low > 0.6 * (high - low));
+    let strongest: Vec<usize> =
+        strongest.into_iter().filter(|&at| looks[at].cue - low > 0.6 * (high - low)).collect();
     // What most of them share is the wrinkle; a hand is there in some, and elsewhere in each.
     let shared = median(looks, &strongest);
     let extreme = closest(looks, &strongest, &shared);
@@ -131,6 +132,26 @@ pub fn learn_from(chosen: &[usize], looks: &[Look]) -> Option<Lesson> {
         Stage { coefficients: mean(looks, &around), looks: around }
     };
     finish(chosen.iter().map(stage).collect(), looks)
+}
+
+/// Looks in which the cue is strongest, and how strong it is: a twentieth of all for wrinkles. Blinks are rarer and shorter: every
+/// look in which the lid is shut, and of these the half that is farthest from the open eye, because the landmarks shut
+/// early.
+fn strongest(region: Region, looks: &[Look], rest: &Grid) -> (Vec<usize>, f32) {
+    let mut order: Vec<usize> = (0..looks.len()).collect();
+    order.sort_by(|&a, &b| looks[b].cue.total_cmp(&looks[a].cue).then(a.cmp(&b)));
+    if region.is_eye() {
+        let high = order.first().map_or(0.0, |&at| looks[at].cue);
+        order.retain(|&at| looks[at].cue >= SHUT);
+        let template = Template::new(rest);
+        let far = |at: usize| template.score(&looks[at].coefficients);
+        order.sort_by(|&a, &b| far(b).total_cmp(&far(a)).then(a.cmp(&b)));
+        order.truncate(order.len().div_ceil(2).max(FEWEST_STRONG));
+        return (order, high);
+    }
+    order.truncate((looks.len() / 20).max(AVERAGED).min(looks.len() / 3));
+    let high = quantile(order.iter().map(|&at| looks[at].cue).collect(), 0.5);
+    (order, high)
 }
 
 /// Looks of the neutral: those of the neutral stretch, or else those of the lowest cues.

@@ -18,8 +18,10 @@ const TURNED_AWAY: f64 = 0.30;
 /// A face that moves nearer and farther around the limit of a region does not make it flicker: what has been learnt on a face that
 /// is wide enough is told on one that is narrower by this factor.
 const NARROWER: f64 = 0.9;
-/// Shares of a region's area that a template covers; the first that lies wholly on the face is taken.
-const COVERED: [f64; 7] = [0.92, 0.86, 0.8, 0.74, 0.68, 0.62, 0.56];
+/// The same for learning: how wide a face is depends on the guess of its camera.
+pub const LEARNT_NARROWER: f64 = 0.97;
+/// Shares of that area; the first that lies wholly on the face is taken.
+const COVERED: [f64; 7] = [1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52];
 
 /// Why a region cannot be told in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,13 +131,33 @@ pub fn face_width(performer: &Performer, pose: &HeadPose) -> f64 {
     (right - left).norm() * performer.camera().focal / depth.max(1.0)
 }
 
-/// The fine grid on a region's area, as large as fits on the face.
+/// The part of a region's area that its template covers ("a small area for the templates", 002 §III): left, right, top, bottom
+/// of −1..=1. Brows, hair and what lies behind the face would outweigh the wrinkles.
+fn part(region: Region) -> [f64; 4] {
+    match region {
+        Region::Forehead => [-0.85, 0.85, -0.85, 0.3],
+        // Outside is on the picture's left of the right eye.
+        Region::CrowsFeetRight => [-0.3, 0.9, -0.9, 0.7],
+        Region::CrowsFeetLeft => [-0.9, 0.3, -0.9, 0.7],
+        _ => [-0.92, 0.92, -0.92, 0.92],
+    }
+}
+
+/// The fine grid on a region's template area, as large as fits on the face.
 fn anchors(region: Region, frame: &FaceFrame) -> Option<Vec<Anchor>> {
     let area = Area::of(region, frame);
+    let [left, right, top, bottom] = part(region);
+    let along = |low: f64, high: f64, at: usize, covered: f64| {
+        let (middle, half) = (f64::midpoint(low, high), (high - low) / 2.0 * covered);
+        middle + half * ((at as f64 + 0.5) / FINE_SIDE as f64 * 2.0 - 1.0)
+    };
     COVERED.into_iter().find_map(|covered| {
-        let along = |at: usize| ((at as f64 + 0.5) / FINE_SIDE as f64 * 2.0 - 1.0) * covered;
         (0..FINE_SIDE * FINE_SIDE)
-            .map(|at| frame.anchor(&area.place(&Vector2::new(along(at % FINE_SIDE), along(at / FINE_SIDE)))))
+            .map(|at| {
+                let x = along(left, right, at % FINE_SIDE, covered);
+                let y = along(top, bottom, at / FINE_SIDE, covered);
+                frame.anchor(&area.place(&Vector2::new(x, y)))
+            })
             .collect()
     })
 }

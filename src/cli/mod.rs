@@ -20,6 +20,7 @@ mod curve_files;
 mod express;
 mod inputs;
 mod landmark;
+mod learn_appearance;
 mod method;
 mod muscles;
 mod plot;
@@ -56,6 +57,7 @@ Examples:
   understudy plot take.muscles.csv -o curves.svg
   understudy muscles --target scan.obj -o muscles.png
   understudy refine takes/*.csv --basis sixteen -o mine.json
+  understudy learn-appearance faces.mp4 -o me.skin --sheet me.png
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -87,6 +89,7 @@ enum Command {
     Plot(plot::Plot),
     Muscles(Box<muscles::Muscles>),
     Refine(refine::Refine),
+    LearnAppearance(Box<learn_appearance::LearnAppearance>),
     Assets(assets::AssetsCommand),
 }
 
@@ -120,6 +123,7 @@ pub fn run() -> ExitCode {
         Command::Plot(command) => command.run(cli.quiet),
         Command::Muscles(command) => command.run(cli.quiet),
         Command::Refine(command) => command.run(cli.quiet),
+        Command::LearnAppearance(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

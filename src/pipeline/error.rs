@@ -1,6 +1,7 @@
 //! Every error of the stages, for those who join them.
 
 use crate::{
+    appearance::AppearanceError,
     assets::AssetError,
     capture::CaptureError,
     export::{ExportError, MorphBasisError},
@@ -41,6 +42,9 @@ pub enum PipelineError {
     /// Muscles.
     #[error(transparent)]
     Muscle(#[from] MuscleError),
+    /// Skins.
+    #[error(transparent)]
+    Appearance(#[from] AppearanceError),
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
