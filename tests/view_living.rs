@@ -151,8 +151,8 @@ fn ratios_are_composed_as_on_the_cpu() {
         println!(
             "textured {textured}: largest {largest:.2}, mean {mean:.3} levels, {changed} pixels changed"
         );
-        assert!(largest < 1.2 && mean < 0.3, "largest {largest:.2}, mean {mean:.3}");
-        assert!(changed > 8_000, "{changed}");
+        assert!(largest < 1.0 && mean < 0.1, "largest {largest:.2}, mean {mean:.3}");
+        assert!(changed > 5_000, "{changed}");
     }
 }
 
@@ -168,7 +168,7 @@ fn own_colours_are_composed_as_on_the_cpu() {
         std::array::from_fn(|k| 255.0 * (grey * (1.0 - share) + own[k].powf(2.0 / 2.2) * share).sqrt())
     });
     println!("largest {largest:.2}, mean {mean:.3} levels, {changed} pixels changed");
-    assert!(largest < 1.2 && mean < 0.3, "largest {largest:.2}, mean {mean:.3}");
+    assert!(largest < 1.0 && mean < 0.1, "largest {largest:.2}, mean {mean:.3}");
     assert!(changed > 60_000, "{changed}");
 }
 
@@ -226,7 +226,7 @@ fn a_scan_frowns_as_it_did() {
     let mean = mean_difference(&stored, &picture);
     let without = mean_difference(&stored, &worn(&gpu, &target, &face, &volumes, &all(0.0)));
     println!("mean difference {mean:.3} levels, {without:.3} without wrinkles");
-    assert!(mean < 0.25 && without > 3.0 * mean.max(0.25), "{mean:.3}, {without:.3} without wrinkles");
+    assert!(mean < 0.15 && without > 0.4, "{mean:.3}, {without:.3} without wrinkles");
 }
 
 #[test]

@@ -13,6 +13,19 @@ const DEPTH: f64 = 0.45;
 /// What a performer's own colours are made of, sRGB.
 const SKIN: [f64; 3] = [205.0, 160.0, 138.0];
 
+/// Pits of a chin that is pushed up, pixels from the area's middle.
+const DIMPLES: [[f64; 2]; 9] = [
+    [-22.0, 2.0],
+    [-9.0, 8.0],
+    [4.0, 3.0],
+    [17.0, 9.0],
+    [27.0, -1.0],
+    [-15.0, 18.0],
+    [-1.0, 17.0],
+    [11.0, 20.0],
+    [-32.0, 12.0],
+];
+
 /// A volume for every region.
 pub fn volumes(frame: &FaceFrame) -> Vec<TextureVolume> {
     Region::ALL.into_iter().map(|region| volume(region, frame)).collect()
@@ -68,8 +81,9 @@ fn shape(region: Region, at: Vector2<f64>, half: &Vector2<f64>) -> f64 {
             groove(at.x + half.x * (0.25 - 0.3 * v * v), 3.2) * fade(v)
         }
         Region::Chin => {
-            let dimples = (at.x * 0.33).sin() * (at.y * 0.37).cos() * fade(u) * fade(v);
-            0.45 * dimples + groove(at.y + half.y * (0.75 - 0.2 * u * u), 3.4) * fade(u)
+            let dimple = |[x, y]: [f64; 2]| -(-(at - Vector2::new(x, y)).norm_squared() / 22.0).exp();
+            0.6 * DIMPLES.map(dimple).iter().sum::<f64>()
+                + groove(at.y + half.y * (0.62 - 0.2 * u * u), 3.4) * fade(u)
         }
     }
 }

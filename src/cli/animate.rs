@@ -5,11 +5,13 @@ use std::{error::Error, path::PathBuf, sync::Arc};
 use clap::{Args, ValueEnum};
 use understudy::{
     actions::ActionLibrary,
+    appearance::AppearanceStates,
     assets::Assets,
     lift::FaceState,
     muscle::CurveEdits,
     pipeline::{
-        Animation, HeadMode, Motion, Stage, Target, VideoPlan, muscle_motor, preview_sheet, write_motion,
+        Animation, HeadMode, Motion, PipelineError, Stage, Target, VideoPlan, classify_take, muscle_motor,
+        preview_sheet, write_motion,
     },
     rig::{DriveMode, Rig, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
@@ -22,6 +24,7 @@ use super::{
     curve_files::{self, EditArgs},
     method::{MethodArgs, library},
     progress,
+    skin::{SkinArgs, WornSkin},
     target::{ScanArgs, parse_size, report, report_anatomy},
 };
 
@@ -33,6 +36,7 @@ Examples:
   understudy animate clip.mp4 --target bust.glb --head still --preset thesis -o avatar.mp4
   understudy animate clip.mp4 --target scan.obj --drive muscles --edit edits.toml -o avatar.mp4
   understudy animate clip.mp4 --target scan.obj -o take.muscles.csv -o take.livelink.csv
+  understudy animate clip.mp4 --target scan.obj --skin anna.skin -o avatar.mp4
   understudy animate clip.mp4 --target a.obj --target b.ply -o avatar.mp4     avatar.a.mp4, avatar.b.mp4
 
 Outputs:
@@ -79,6 +83,8 @@ pub struct Animate {
     /// A library of action units, written by `author`, in place of the built-in one
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    #[command(flatten)]
+    skin: SkinArgs,
     #[command(flatten)]
     method: MethodArgs,
     /// Show the performer beside the avatar in the film
@@ -138,10 +144,13 @@ impl Animate {
             }
             targets.push(target);
         }
+        let skin = self.skin.read(&assets)?;
         let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
+        let states = skin.as_ref().map(|skin| self.states(skin, &mut take, quiet)).transpose()?;
+        let skin = skin.as_ref().zip(states.as_deref());
         self.write_performer(&outputs, edits.as_ref(), &library, &mut take, quiet)?;
         for (target, files) in targets.iter_mut().zip(&outputs.avatars) {
-            self.write_avatar(target, files, &gpu, &library, &mut take, quiet)?;
+            self.write_avatar(target, files, &gpu, &library, skin, &mut take, quiet)?;
         }
         warn_of_gaps(&take.motion);
         if self.clip.timings {
@@ -181,13 +190,31 @@ impl Animate {
         Ok(())
     }
 
+    /// The states of the performer's skin in every frame of the take.
+    fn states(
+        &self,
+        worn: &WornSkin,
+        take: &mut Take,
+        quiet: bool,
+    ) -> Result<Vec<AppearanceStates>, Box<dyn Error>> {
+        let bar = progress::bar("reading the skin", Some(take.motion.frames.len() as u64), quiet);
+        let (clip, motion, frame) = (self.clip.open()?, &take.motion, worn.face.frame());
+        let frames = take.watch.time("classify the skin", || {
+            classify_take(clip, motion, &worn.skin, frame, |done| bar.set_position(done))
+        })?;
+        bar.finish_and_clear();
+        Ok(frames.into_iter().map(|frame| frame.states).collect())
+    }
+
     /// Writes what shows one target.
+    #[expect(clippy::too_many_arguments, reason = "a target, its files, and all that it takes to fill them")]
     fn write_avatar(
         &self,
         target: &mut Target,
         files: &[(AvatarFile, PathBuf)],
         gpu: &Gpu,
         library: &ActionLibrary,
+        skin: Option<(&WornSkin, &[AppearanceStates])>,
         take: &mut Take,
         quiet: bool,
     ) -> Outcome {
@@ -204,13 +231,20 @@ impl Animate {
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || self.rig(&take.motion, target, &face, library))?;
-        let animation = Animation { motion: &take.motion, target, rig: &rig, head, states: None };
+        let animation = Animation {
+            motion: &take.motion,
+            target,
+            rig: &rig,
+            head,
+            states: skin.map(|(_, states)| states),
+        };
         let ticks = animation.ticks().len() as u64;
         for (kind, path) in files {
             let watch = &mut take.watch;
             let mut note = String::new();
-            let stage = |size, smoothing| {
-                Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)
+            let stage = |size, smoothing| -> Result<Stage, PipelineError> {
+                let stage = Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)?;
+                Ok(stage.wearing(skin.map(|(worn, _)| worn.on(gpu, target)).transpose()?))
             };
             match kind {
                 AvatarFile::Pc2 => {
@@ -277,6 +311,7 @@ impl Animate {
     fn outputs(&self) -> Result<Outputs, Box<dyn Error>> {
         let read = [Some(&self.clip.clip), self.edits.edit.as_ref(), self.from.as_ref()];
         let read = read.into_iter().flatten().chain(&self.target).map(PathBuf::as_path);
+        let read = read.chain(self.skin.path());
         Outputs::plan(&self.output, &self.target, &read.collect::<Vec<_>>())
     }
 }

@@ -205,14 +205,13 @@ impl Express {
         }
         let rate = self.fps.map_or(rate, FrameRate::nearest);
         let take = PlayedTake { target: &target, play: play.as_ref(), rate };
-        self.write(&take, &level, &gpu, &outputs, skin.as_ref(), quiet)?;
         if let (Some(folder), Some(skin)) = (&self.bake, &skin) {
             let files = skin.bake(folder, &target)?;
             if !quiet {
                 say!("wrote {} maps to {}", files.len(), folder.display());
             }
         }
-        Ok(())
+        self.write(&take, &level, &gpu, &outputs, skin.as_ref(), quiet)
     }
 
     fn write(
