@@ -5,6 +5,8 @@ mod camera;
 mod chart;
 mod edges;
 mod error;
+mod facing;
+mod frame_uniform;
 mod gpu;
 mod heat_map;
 mod living;

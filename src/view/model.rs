@@ -3,9 +3,9 @@
 use std::{ops::Range, sync::Arc};
 
 use bytemuck::{Pod, Zeroable};
-use nalgebra::{Vector3, Vector4};
+use nalgebra::Vector4;
 
-use super::{Gpu, ViewError, texture};
+use super::{Gpu, ViewError, facing::facing_first, texture};
 use crate::scan::{Material, Mesh};
 
 /// The colour of a surface that has neither texture nor vertex colours: a warm grey, linear.
@@ -25,7 +25,7 @@ pub(super) struct FixedVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(super) struct MovingVertex {
-    position: [f32; 3],
+    pub(super) position: [f32; 3],
     normal: [f32; 3],
 }
 
@@ -166,27 +166,6 @@ impl Model {
     /// The triangles of a range of indices.
     pub(super) fn triangles_of(&self, indices: &Range<u32>) -> &[[u32; 3]] {
         &self.triangles[indices.start as usize / 3..indices.end as usize / 3]
-    }
-}
-
-/// Within each run of indices those triangles first that turn their outside to `eye`.
-pub(super) fn facing_first<'a>(
-    triangles: &[[u32; 3]],
-    runs: impl Iterator<Item = &'a Range<u32>>,
-    vertices: &[MovingVertex],
-    eye: Vector4<f32>,
-    out: &mut Vec<[u32; 3]>,
-) {
-    out.clear();
-    let at = |index: u32| Vector3::from(vertices[index as usize].position);
-    let faces = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(at);
-        (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
-    };
-    for run in runs {
-        let run = &triangles[run.start as usize / 3..run.end as usize / 3];
-        out.extend(run.iter().filter(|triangle| faces(triangle)));
-        out.extend(run.iter().filter(|triangle| !faces(triangle)));
     }
 }
 

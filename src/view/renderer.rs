@@ -1,13 +1,14 @@
 //! Draws a model, and gives the picture back.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable as _;
 use image::RgbaImage;
-use nalgebra::{Matrix3, Matrix4};
+use nalgebra::Matrix4;
 
 use super::edges::EdgeSmoother;
+use super::frame_uniform::FrameUniform;
 use super::living::{LivingModel, SkinPrograms};
-use super::look::{Background, Lighting, Look};
-use super::model::{CLAY, Model, MovingVertex, filled};
+use super::look::{Background, Look};
+use super::model::{Model, MovingVertex, filled};
 use super::pipelines::{COLOUR, DEPTH, Pipelines};
 use super::readback::{Readback, as_picture};
 use super::{Gpu, ViewCamera, ViewError};
@@ -52,23 +53,6 @@ pub struct Renderer {
 struct Backdrop {
     of: Background,
     texture: wgpu::Texture,
-}
-
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct FrameUniform {
-    clip_from_model: [[f32; 4]; 4],
-    view_from_model: [[f32; 4]; 4],
-    normal_from_model: [[f32; 4]; 4],
-    eye: [f32; 4],
-    lights: [f32; 4],
-    background_top: [f32; 4],
-    background_bottom: [f32; 4],
-    clay: [f32; 4],
-    specular: f32,
-    facing: f32,
-    height: f32,
-    padding: f32,
 }
 
 impl Renderer {
@@ -160,7 +144,7 @@ impl Renderer {
         camera: &ViewCamera,
         look: &Look,
     ) -> Result<(), ViewError> {
-        self.begin(model, None, positions, normals, world_from_model, camera, look)
+        self.begin(model, None, positions, normals, world_from_model, camera, *look)
     }
 
     /// Draws `model`, with living skin on it where there is any; it is the skin's own model then.
@@ -173,7 +157,7 @@ impl Renderer {
         normals: &[[f32; 3]],
         world_from_model: &Matrix4<f64>,
         camera: &ViewCamera,
-        look: &Look,
+        look: Look,
     ) -> Result<(), ViewError> {
         camera.check()?;
         if camera.viewport != self.size() {
@@ -193,9 +177,9 @@ impl Renderer {
             }
             self.gpu.queue.write_buffer(&model.indices, 0, bytemuck::cast_slice(&self.triangles));
         }
-        let uniform = self.uniform(model, world_from_model, camera, *look);
+        let uniform = FrameUniform::new(model, world_from_model, camera, look, self.size.height);
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
-        self.look = *look;
+        self.look = look;
 
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copied = self.samples.is_none() && matches!(look.background, Background::Vertical { .. });
@@ -323,41 +307,6 @@ impl Renderer {
             occlusion_query_set: None,
             multiview_mask: None,
         })
-    }
-
-    fn uniform(
-        &self,
-        model: &Model,
-        world_from_model: &Matrix4<f64>,
-        camera: &ViewCamera,
-        look: Look,
-    ) -> FrameUniform {
-        let view_from_model = camera.view_from_world() * world_from_model;
-        let linear: Matrix3<f64> = view_from_model.fixed_view::<3, 3>(0, 0).into();
-        // The cofactors turn normals as the inverse transpose does, but exist for every matrix. A mirror turns
-        // them inside out; their sign puts that right.
-        let facing = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let [x, y, z] = [linear.column(0), linear.column(1), linear.column(2)];
-        let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]) * facing;
-        // Nothing in a bare shape holds baked light: it needs the key light that clay gets.
-        let bare = look.lighting == Lighting::Lit && !model.coloured;
-        let (lights, specular) = if bare { look.lit_by(Lighting::Clay) } else { look }.lights();
-        let [background_top, background_bottom] = look.background_colours();
-        let clay = [CLAY[0], CLAY[1], CLAY[2], f32::from(u8::from(look.lighting == Lighting::Clay))];
-        FrameUniform {
-            clip_from_model: (camera.clip_from_view() * view_from_model).cast::<f32>().into(),
-            view_from_model: view_from_model.cast::<f32>().into(),
-            normal_from_model: cofactors.to_homogeneous().cast::<f32>().into(),
-            eye: camera.eye_in_view().cast::<f32>().into(),
-            lights,
-            background_top,
-            background_bottom,
-            clay,
-            specular,
-            facing: facing as f32,
-            height: self.size.height as f32,
-            padding: 0.0,
-        }
     }
 }
 

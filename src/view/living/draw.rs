@@ -31,6 +31,6 @@ impl Renderer {
             self.skin = Some(SkinPrograms::new(&self.gpu, frame, &living.map.layout, samples));
         }
         let model = Arc::clone(living.model());
-        self.begin(&model, Some(living), positions, normals, world_from_model, camera, look)
+        self.begin(&model, Some(living), positions, normals, world_from_model, camera, *look)
     }
 }

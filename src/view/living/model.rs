@@ -6,8 +6,9 @@ use nalgebra::Vector4;
 
 use super::super::{
     Gpu, Model, ViewError,
+    facing::facing_first,
     look::Lighting,
-    model::{MovingVertex, facing_first, filled},
+    model::{MovingVertex, filled},
     pipelines::Pipelines,
 };
 use super::{
