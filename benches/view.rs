@@ -1,15 +1,24 @@
-//! One picture at 1280 × 720, drawn and read back: heads of 12,000 and 50,000 triangles with a 2048-pixel texture.
+//! One picture at 1280 × 720, drawn and read back: heads of 12,000 and 50,000 triangles with a 2048-pixel texture, and a
+//! real scan with and without living skin.
 
 #![allow(clippy::expect_used, reason = "a benchmark that cannot draw has nothing to measure")]
+
+#[path = "../examples/shared/wrinkles.rs"]
+mod wrinkles;
 
 use std::io::Cursor;
 use std::sync::Arc;
 
 use divan::{Bencher, bench, black_box};
 use image::{ImageFormat, Rgba, RgbaImage};
-use nalgebra::{Matrix4, Point3, Vector3};
+use nalgebra::{Matrix4, Point3, Rotation3, Vector3};
+use understudy::appearance::{AppearanceStates, Region};
+use understudy::assets::Assets;
+use understudy::pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions};
+use understudy::rig::AvatarFrame;
 use understudy::scan::{Material, Mesh, Texture, TextureFormat};
-use understudy::view::{Gpu, Lighting, Look, Model, Renderer, Smoothing, ViewCamera};
+use understudy::tracking::TrackerOptions;
+use understudy::view::{Gpu, Lighting, Look, Model, Renderer, SkinMode, Smoothing, ViewCamera};
 
 fn main() {
     match Gpu::headless() {
@@ -39,6 +48,45 @@ fn edges_clay(bencher: Bencher<'_, '_>, triangles: u32) {
 #[bench(args = TRIANGLES)]
 fn samples4(bencher: Bencher<'_, '_>, triangles: u32) {
     picture(bencher, triangles, Smoothing::Samples4, Lighting::Lit);
+}
+
+/// Skin of the scan that the demo animates: none, there but neutral, wrinkled and the same in every picture, or another in
+/// every picture.
+#[bench(args = ["none", "neutral", "still", "moving"])]
+fn living_skin(bencher: Bencher<'_, '_>, skin: &str) {
+    let assets = Assets::locate().expect("a place of the assets");
+    for companion in ["james_mtl", "james_jpg"] {
+        assets.verified(companion).expect("the set-up's scan");
+    }
+    let path = |name: &str| assets.verified(name).expect("an asset of the set-up");
+    let gpu = Gpu::headless().expect("an adapter");
+    let mut networks = Networks::load(&assets, TrackerOptions::default()).expect("the networks");
+    let options = TargetOptions::default();
+    let mut target =
+        Target::load(&path("james_obj"), &options, &gpu, &mut networks.tracker).expect("a target");
+    target.prepare(&gpu).expect("an avatar");
+    let face = SharedFace::read(&path("canonical_face")).expect("the canonical face");
+    let volumes = wrinkles::volumes(face.frame());
+    let living = LivingSkin::new(&gpu, &target, &face, &volumes, SkinMode::Ratio, 1.2).expect("a skin");
+    let (level, look) = (Rotation3::identity(), Look::default());
+    let stage = Stage::new(&gpu, &target, &level, [1280, 720], look, HeadMode::Still, Smoothing::Edges);
+    let mut stage = stage.expect("a stage").wearing((skin != "none").then_some(living));
+    let frame = AvatarFrame::at_rest(&target.anatomy.mesh);
+    let mut turn = 0_u8;
+    bencher.bench_local(|| {
+        turn = (turn + 1) % 10;
+        let state = match skin {
+            "moving" => f32::from(turn + 1) / 10.0,
+            "still" => 1.0,
+            _ => 0.0,
+        };
+        let mut states = AppearanceStates::default();
+        for region in Region::ALL {
+            states.set(region, Some(state));
+        }
+        stage.show(&states);
+        black_box(stage.picture(&frame).expect("a picture").width());
+    });
 }
 
 fn picture(bencher: Bencher<'_, '_>, triangles: u32, smoothing: Smoothing, lighting: Lighting) {

@@ -130,8 +130,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             )?;
         }
         if arguments.film {
-            let animation =
-                Animation { motion: &take.motion, target: &target, rig: &rig, head: HeadMode::Follow };
+            let animation = Animation {
+                motion: &take.motion,
+                target: &target,
+                rig: &rig,
+                head: HeadMode::Follow,
+                states: None,
+            };
             films.push(film::track_again(&take, &animation, &face.level, &gpu, &assets, &mut networks)?);
         }
         compared.push((take.name, curves));

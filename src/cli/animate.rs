@@ -5,11 +5,13 @@ use std::{error::Error, path::PathBuf, sync::Arc};
 use clap::{Args, ValueEnum};
 use understudy::{
     actions::ActionLibrary,
+    appearance::AppearanceStates,
     assets::Assets,
     lift::FaceState,
     muscle::CurveEdits,
     pipeline::{
-        Animation, HeadMode, Motion, Stage, Target, VideoPlan, muscle_motor, preview_sheet, write_motion,
+        Animation, HeadMode, Motion, PipelineError, Stage, Target, VideoPlan, muscle_motor, preview_sheet,
+        write_motion,
     },
     rig::{DriveMode, Rig, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
@@ -22,6 +24,7 @@ use super::{
     curve_files::{self, EditArgs},
     method::{MethodArgs, library},
     progress,
+    skin::{SkinArgs, WornSkin, classify},
     target::{ScanArgs, parse_size, report, report_anatomy},
     volume::VolumeArgs,
 };
@@ -36,6 +39,7 @@ Examples:
   understudy animate clip.mp4 --target scan.obj --drive volume -o avatar.mp4
   understudy animate clip.mp4 --target scan.obj --drive volume --points 68 --lambda 0.001 -o avatar.glb
   understudy animate clip.mp4 --target scan.obj -o take.muscles.csv -o take.livelink.csv
+  understudy animate clip.mp4 --target scan.obj --skin anna.skin -o avatar.mp4
   understudy animate clip.mp4 --target a.obj --target b.ply -o avatar.mp4     avatar.a.mp4, avatar.b.mp4
 
 Outputs:
@@ -84,6 +88,8 @@ pub struct Animate {
     /// A library of action units, written by `author`, in place of the built-in one
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    #[command(flatten)]
+    skin: SkinArgs,
     #[command(flatten)]
     method: MethodArgs,
     /// Show the performer beside the avatar in the film
@@ -147,10 +153,16 @@ impl Animate {
             }
             targets.push(target);
         }
+        let skin = self.skin.read(&assets)?;
         let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
+        let classified =
+            skin.as_ref().map(|worn| classify(&self.clip, &mut take, &worn.skin, worn.face.frame(), quiet));
+        let states: Option<Vec<AppearanceStates>> =
+            classified.transpose()?.map(|frames| frames.iter().map(|frame| frame.states).collect());
+        let skin = skin.as_ref().zip(states.as_deref());
         self.write_performer(&outputs, edits.as_ref(), &library, &mut take, quiet)?;
         for (target, files) in targets.iter_mut().zip(&outputs.avatars) {
-            self.write_avatar(target, files, &gpu, &library, &mut take, quiet)?;
+            self.write_avatar(target, files, &gpu, &library, skin, &mut take, quiet)?;
         }
         warn_of_gaps(&take.motion);
         if self.clip.timings {
@@ -191,12 +203,14 @@ impl Animate {
     }
 
     /// Writes what shows one target.
+    #[expect(clippy::too_many_arguments, reason = "a target, its files, and all that it takes to fill them")]
     fn write_avatar(
         &self,
         target: &mut Target,
         files: &[(AvatarFile, PathBuf)],
         gpu: &Gpu,
         library: &ActionLibrary,
+        skin: Option<(&WornSkin, &[AppearanceStates])>,
         take: &mut Take,
         quiet: bool,
     ) -> Outcome {
@@ -213,13 +227,20 @@ impl Animate {
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || self.rig(&take.motion, target, &face, library))?;
-        let animation = Animation { motion: &take.motion, target, rig: &rig, head };
+        let animation = Animation {
+            motion: &take.motion,
+            target,
+            rig: &rig,
+            head,
+            states: skin.map(|(_, states)| states),
+        };
         let ticks = animation.ticks().len() as u64;
         for (kind, path) in files {
             let watch = &mut take.watch;
             let mut note = String::new();
-            let stage = |size, smoothing| {
-                Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)
+            let stage = |size, smoothing| -> Result<Stage, PipelineError> {
+                let stage = Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)?;
+                Ok(stage.wearing(skin.map(|(worn, _)| worn.on(gpu, target)).transpose()?))
             };
             match kind {
                 AvatarFile::Pc2 => {
@@ -303,6 +324,7 @@ impl Animate {
     fn outputs(&self) -> Result<Outputs, Box<dyn Error>> {
         let read = [Some(&self.clip.clip), self.edits.edit.as_ref(), self.from.as_ref()];
         let read = read.into_iter().flatten().chain(&self.target).map(PathBuf::as_path);
+        let read = read.chain(self.skin.path());
         Outputs::plan(&self.output, &self.target, &read.collect::<Vec<_>>())
     }
 }

@@ -14,7 +14,7 @@ use understudy::{
 };
 
 /// Which muscles there are.
-#[derive(Args)]
+#[derive(Clone, Args)]
 pub struct BasisArgs {
     /// The muscles: `arkit` (ARKit's 52 names), `sixteen` (Choe and Ko's), a .json written by `muscles` or `refine`, or
     /// sculpts: a folder of neutral.obj and one .obj a muscle, or a .glb with morph targets

@@ -24,13 +24,13 @@ use understudy::{
 use super::{basis::BasisArgs, progress};
 
 /// The performer's clip and how it is read.
-#[derive(Args)]
+#[derive(Clone, Args)]
 pub struct ClipArgs {
     /// Video file, folder of numbered pictures, or one picture
     pub clip: PathBuf,
     /// Frames per second of a folder of pictures
     #[arg(long, value_name = "RATE", default_value = "25")]
-    fps: FrameRate,
+    pub fps: FrameRate,
     /// The camera's field of view along the picture's longer side, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = Camera::DEFAULT_FIELD_OF_VIEW, value_parser = parse_fov)]
     fov: f64,
@@ -101,6 +101,16 @@ impl ClipArgs {
             threads: 2,
             timings: false,
         }
+    }
+
+    /// The same choices for another clip.
+    pub fn on(&self, clip: &Path) -> Self {
+        Self { clip: clip.into(), ..self.clone() }
+    }
+
+    /// Whether a neutral stretch is named.
+    pub fn names_neutral(&self) -> bool {
+        self.neutral.is_some()
     }
 
     /// Opens the clip from its start.

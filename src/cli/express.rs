@@ -13,7 +13,9 @@ use understudy::{
     capture::FrameRate,
     export::Draft,
     muscle::{CurveMap, CurveTake, MuscleBasis},
-    pipeline::{ActionTake, CurvePlay, Networks, Play, PlayedTake, Playing, Stage, Target},
+    pipeline::{
+        ActionTake, CurvePlay, Networks, PipelineError, Play, PlayedTake, Playing, SkinPlay, Stage, Target,
+    },
     rig::{ActionRig, TargetFace, WarpKind, facing},
     tracking::{Tracker, TrackerOptions},
     view::{Gpu, Look, Smoothing, save_png},
@@ -26,6 +28,7 @@ use super::{
     inputs,
     method::{MethodArgs, library},
     progress,
+    skin::{SkinArgs, WornSkin},
     target::{ScanArgs, parse_size, report, report_anatomy},
 };
 
@@ -37,6 +40,8 @@ Examples:
   understudy express --target scan.obj --play openface.csv --from mine.json -o scene.mp4
   understudy express --target scan.obj --play take.muscles.csv --edit edits.toml -o scene.mp4
   understudy express --target scan.obj --play iphone.csv -o scene.mp4
+  understudy express --target scan.obj --au 1 --skin anna.skin --wrinkle forehead=0.8 -o worried.png
+  understudy express --target scan.obj --skin anna.skin --wrinkle nasolabial --bake maps -o fold.glb
   understudy express --target scan.obj --au 4 --preset thesis -o as-published.png
 
 Magnitudes go from 0, the neutral, to 1. 12L and 12R are the subject's left and right side, 12 is both.
@@ -50,7 +55,9 @@ Outputs:
   .obj  the expression, the scan's own vertices first and in their order; of keys and curves, their last moment
   .mp4  a film: an expression comes, stays and goes; keys and curves play once
   .glb  the same as morph targets: Blender, Unreal, three.js
-  .pc2  every vertex of every frame: Blender's Mesh Cache modifier";
+  .pc2  every vertex of every frame: Blender's Mesh Cache modifier
+Wrinkles are seen in .png and .mp4; in .glb their curves are morph targets that move nothing, named wrinkle_forehead and
+so on, by which an engine blends the maps of --bake.";
 
 /// Frames a second of action units.
 const ACTIONS_RATE: f64 = 30.0;
@@ -86,6 +93,15 @@ pub struct Express {
     /// How several action units act on the same skin
     #[arg(long, value_enum, default_value_t = MergeArg::Parallel)]
     merge: MergeArg,
+    #[command(flatten)]
+    skin: SkinArgs,
+    /// A region of --skin and its state from 0 to 1: forehead, glabella, crows_feet, nasolabial, mouth_corner, chin, eye;
+    /// one side of a pair with _left or _right; may be given several times
+    #[arg(long, value_name = "REGION=STATE", requires = "skin")]
+    wrinkle: Vec<String>,
+    /// Write the skin as wrinkle maps of the scan's texture into this folder
+    #[arg(long, value_name = "DIR", requires = "skin")]
+    bake: Option<PathBuf>,
     #[command(flatten)]
     method: MethodArgs,
     /// Leave lips and eyes as they were scanned; outputs then have the scan's own mesh
@@ -160,6 +176,8 @@ impl Express {
         let assets = Assets::locate()?;
         let gpu = Gpu::headless()?;
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
+        let skin = self.skin.read(&assets)?;
+        let states = skin.as_ref().map(|skin| skin.states(&self.wrinkle)).transpose()?;
         let source = self.source(&library, &gpu, &mut networks.tracker)?;
         let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
         if !self.as_scanned && method.warp != WarpKind::Regions {
@@ -169,7 +187,8 @@ impl Express {
         if !quiet {
             report(&target);
         }
-        let (play, level, rate): (Box<dyn Play>, _, _) = match source {
+        let comes_and_goes = matches!(source, Source::Actions(Playing::Expression(_)));
+        let (mut play, level, rate): (Box<dyn Play>, _, _) = match source {
             Source::Curves(take, basis) => {
                 let play = CurvePlay::new(take, &basis, &target, method)?;
                 let (level, rate) = (*play.level(), play.rate());
@@ -183,9 +202,18 @@ impl Express {
                 (Box::new(ActionTake { rig, playing }), level, FrameRate::nearest(ACTIONS_RATE))
             }
         };
+        if let Some(states) = states {
+            play = Box::new(SkinPlay { play, states, comes_and_goes });
+        }
         let rate = self.fps.map_or(rate, FrameRate::nearest);
         let take = PlayedTake { target: &target, play: play.as_ref(), rate };
-        write_take(&take, &level, self.size, &gpu, &outputs, quiet)
+        if let (Some(folder), Some(skin)) = (&self.bake, &skin) {
+            let files = skin.bake(folder, &target)?;
+            if !quiet {
+                say!("wrote {} maps to {}", files.len(), folder.display());
+            }
+        }
+        write_take(&take, &level, self.size, &gpu, skin.as_ref(), &outputs, quiet)
     }
 
     /// What is to be shown; without anything, the neutral. Refuses muscles and action units that nobody knows.
@@ -242,14 +270,11 @@ impl Express {
     /// What to write where; places that cannot be written to are refused before any work is done.
     fn outputs(&self) -> Result<Vec<(Kind, &PathBuf)>, Box<dyn std::error::Error>> {
         let mut outputs = Vec::new();
-        let read: Vec<&PathBuf> =
-            [Some(&self.target), self.play.as_ref(), self.from.as_ref(), self.edits.edit.as_ref()]
-                .into_iter()
-                .flatten()
-                .collect();
+        let files = [Some(&self.target), self.play.as_ref(), self.from.as_ref(), self.edits.edit.as_ref()];
+        let read: Vec<&Path> =
+            files.into_iter().flatten().map(PathBuf::as_path).chain(self.skin.path()).collect();
         for path in &self.output {
             outputs.push((Kind::of(path)?, path));
-            let read: Vec<&Path> = read.iter().map(|path| path.as_path()).collect();
             inputs::spare(path, &read)?;
             drop(Draft::create(path)?);
         }
@@ -263,12 +288,16 @@ pub fn write_take(
     level: &Rotation3<f64>,
     size: [u32; 2],
     gpu: &Gpu,
+    skin: Option<&WornSkin>,
     outputs: &[(Kind, &PathBuf)],
     quiet: bool,
 ) -> Outcome {
     let frames = take.times().len() as u64;
     let head = take.play.head();
-    let stage = |smoothing| Stage::new(gpu, take.target, level, size, Look::default(), head, smoothing);
+    let stage = |smoothing| -> Result<Stage, PipelineError> {
+        let stage = Stage::new(gpu, take.target, level, size, Look::default(), head, smoothing)?;
+        Ok(stage.wearing(skin.map(|skin| skin.on(gpu, take.target)).transpose()?))
+    };
     for (kind, path) in outputs {
         let mut note = String::new();
         match kind {

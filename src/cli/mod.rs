@@ -20,6 +20,7 @@ mod curve_files;
 mod express;
 mod inputs;
 mod landmark;
+mod learn_appearance;
 mod method;
 mod muscles;
 mod plot;
@@ -30,6 +31,7 @@ mod receive;
 mod refine;
 mod render;
 mod send;
+mod skin;
 mod target;
 mod track;
 mod volume;
@@ -60,6 +62,7 @@ Examples:
   understudy refine takes/*.csv --basis sixteen -o mine.json
   understudy send clip.mp4 --to 7331
   understudy receive --listen 7331 --target scan.obj -o avatar.mp4
+  understudy learn-appearance faces.mp4 -o me.skin --sheet me.png
   understudy assets";
 
 /// A performer drives a scanned 3D face.
@@ -93,6 +96,7 @@ enum Command {
     Refine(refine::Refine),
     Send(Box<send::Send>),
     Receive(Box<receive::Receive>),
+    LearnAppearance(Box<learn_appearance::LearnAppearance>),
     Assets(assets::AssetsCommand),
 }
 
@@ -128,6 +132,7 @@ pub fn run() -> ExitCode {
         Command::Refine(command) => command.run(cli.quiet),
         Command::Send(command) => command.run(cli.quiet),
         Command::Receive(command) => command.run(cli.quiet),
+        Command::LearnAppearance(command) => command.run(cli.quiet),
         Command::Assets(command) => command.run(),
     };
     match outcome {

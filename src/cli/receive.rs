@@ -26,12 +26,14 @@ use super::{
     method::MethodArgs,
     progress,
     send::KeyArgs,
+    skin::SkinArgs,
     target::{ScanArgs, parse_size, report, report_anatomy},
 };
 
 const EXAMPLES: &str = "\
 Examples:
   understudy receive take.uwire --target scan.obj -o avatar.mp4 -o avatar.glb
+  understudy receive take.uwire --target scan.obj --skin me.skin -o avatar.mp4
   understudy receive --listen 7331 --target scan.obj -o avatar.mp4
   understudy receive --listen 0.0.0.0:7331 --key my.key --seconds 60 -o take.muscles.csv
   understudy receive --new-key my.key
@@ -63,6 +65,8 @@ pub struct Receive {
     /// What to write, by extension: .mp4, .glb, .pc2, .png, .obj, .muscles.csv; may be given several times
     #[arg(short, long, value_name = "FILE", required_unless_present = "new_key")]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    skin: SkinArgs,
     #[command(flatten)]
     key: KeyArgs,
     /// Stop this long after the first frame; without it when the sender is done or silent
@@ -125,6 +129,7 @@ impl Receive {
         let file = file.transpose()?;
         let listener = self.listen.map(udp::Listener::bind).transpose()?;
         let opened = file.as_ref().map(|(path, file)| file.open(path, key.as_ref())).transpose()?;
+        let skin = if self.skin.path().is_some() { self.skin.read(&Assets::locate()?)? } else { None };
         let scene = if shown.is_empty() { None } else { Some(self.scene(quiet)?) };
         let mut heard = None;
         if let (Some((path, file)), Some(opened)) = (file, opened) {
@@ -157,7 +162,7 @@ impl Receive {
             let play = WirePlay::new(heard.timeline, heard.rate, &target, self.method.method())?;
             let level = *play.level();
             let take = PlayedTake { target: &target, play: &play, rate: heard.rate };
-            write_take(&take, &level, self.size, &gpu, &shown, quiet)?;
+            write_take(&take, &level, self.size, &gpu, skin.as_ref(), &shown, quiet)?;
         }
         Ok(())
     }
@@ -216,7 +221,7 @@ impl Receive {
     /// Tables of contractions, and what shows a scan.
     #[allow(clippy::type_complexity, reason = "two lists of paths")]
     fn outputs(&self) -> Result<(Vec<&PathBuf>, Vec<(Kind, &PathBuf)>), Box<dyn std::error::Error>> {
-        let read = [self.file.as_deref(), self.target.as_deref(), self.key.read()];
+        let read = [self.file.as_deref(), self.target.as_deref(), self.skin.path(), self.key.read()];
         let read: Vec<&Path> = read.into_iter().flatten().collect();
         let (mut curves, mut shown) = (Vec::new(), Vec::new());
         for path in &self.output {

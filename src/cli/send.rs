@@ -7,17 +7,17 @@ use std::{
 
 use clap::Args;
 use understudy::{
-    appearance::AppearanceStates,
+    appearance::{AppearanceStates, Skin},
     assets::Assets,
     export::Draft,
     muscle::{CurveMap, MuscleLift},
-    pipeline::{LiftMode, neutral_hash},
+    pipeline::{LiftMode, neutral_hash, read_face_frame},
     wire::{
         EncoderOptions, Packet, SecretKey, WireFrame, encode_take, file_salt, random, udp, write_wire_file,
     },
 };
 
-use super::{Outcome, clip::ClipArgs, inputs, progress};
+use super::{Outcome, clip::ClipArgs, inputs, progress, skin::classify};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,6 +25,7 @@ Examples:
   understudy send clip.mp4 --to 7331                            to this machine
   understudy send clip.mp4 --to 192.168.1.20:7331 --key my.key
   understudy send clip.mp4 -o take.uwire --new-key my.key
+  understudy send clip.mp4 -o take.uwire --skin me.skin         with wrinkles
   understudy send clip.mp4 -o small.uwire --precision 0.3 --frames-per-packet 4
 
 What arrives is shown with `understudy receive`. docs/wire.md describes the packets.";
@@ -44,6 +45,9 @@ pub struct Send {
     /// Where to send them over UDP, at the clip's own pace: a port of this machine, or ADDRESS:PORT
     #[arg(long, value_name = "PORT", value_parser = udp::address)]
     to: Option<SocketAddr>,
+    /// The performer's skin, from `learn-appearance`: the states of wrinkles are sent too
+    #[arg(long, value_name = "FILE.skin")]
+    skin: Option<PathBuf>,
     #[command(flatten)]
     key: KeyArgs,
     /// How coarsely motion is told, millimetres: what one step moves the face by
@@ -101,7 +105,7 @@ impl Send {
             if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("uwire")) {
                 return Err(format!("cannot write {}: name it .uwire", path.display()).into());
             }
-            let read = [Some(self.clip.clip.as_path()), self.key.read()];
+            let read = [Some(self.clip.clip.as_path()), self.skin.as_deref(), self.key.read()];
             inputs::spare(path, &read.into_iter().flatten().collect::<Vec<_>>())?;
             drop(Draft::create(path)?);
         }
@@ -122,12 +126,18 @@ impl Send {
                 return Err("--lift plane finds no contractions, which are what is sent. Leave it out".into());
             }
         }
+        let skin = self.skin.as_deref().map(Skin::read).transpose()?;
         let key = self.key.secret()?;
         if let (Some(path), false) = (self.key.made(), quiet) {
             say!("wrote {}: whoever receives needs it, and nobody else should have it", path.display());
         }
-        let take = self.clip.solve(&assets, networks, lift, quiet)?;
-        let appearance: [Option<AppearanceStates>; 0] = [];
+        let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
+        let mut appearance: Vec<Option<AppearanceStates>> = Vec::new();
+        if let Some(skin) = &skin {
+            let frame = read_face_frame(&assets.verified("canonical_face")?)?;
+            let frames = classify(&self.clip, &mut take, skin, &frame, quiet)?;
+            appearance.extend(frames.iter().map(|frame| Some(frame.states)));
+        }
         let frames = take.motion.wire_frames(&appearance)?;
         let options = EncoderOptions {
             precision: self.precision,

@@ -24,7 +24,7 @@ use crate::scan::Mesh;
 pub struct MorphTarget {
     /// Shown by Blender and engines.
     pub name: String,
-    /// V × 3 displacements at weight 1, metres, the mesh's axes.
+    /// V × 3 displacements at weight 1, metres, the mesh's axes; empty: nothing moves, and only the weight is of use.
     pub deltas: Vec<[f32; 3]>,
 }
 

@@ -67,7 +67,7 @@ fn check_part_lengths(part: &GlbPart, frames: usize) -> Result<(), String> {
     if !part.normals.is_empty() && part.normals.len() != vertices {
         return Err(format!("there are {} normals for {vertices} vertices", part.normals.len()));
     }
-    if let Some(morph) = part.morphs.iter().find(|morph| morph.deltas.len() != vertices) {
+    if let Some(morph) = part.morphs.iter().find(|morph| ![0, vertices].contains(&morph.deltas.len())) {
         let count = morph.deltas.len();
         return Err(format!("morph {:?} has {count} displacements for {vertices} vertices", morph.name));
     }

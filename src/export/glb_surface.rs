@@ -10,7 +10,7 @@ use gltf_json::material::{
 };
 use gltf_json::validation::Checked::Valid;
 
-use super::glb::GlbPart;
+use super::glb::{GlbPart, MorphTarget};
 use super::glb_buffer::GlbBuffer;
 use super::glb_image::power_of_two;
 use crate::scan::{Mesh, Texture, TextureFormat};
@@ -95,11 +95,21 @@ pub(super) fn push_surface(
         let unit: Vec<_> = part.normals.iter().copied().map(unit_normal).collect();
         buffer.push_vertices(&surface.spread(&unit), false)
     });
+    // Morphs that move nothing share their zeros.
+    let mut still = None;
+    let mut deltas = |morph: &MorphTarget| {
+        if morph.deltas.is_empty() {
+            let zeros = || vec![[0.0; 3]; surface.sources.len()];
+            *still.get_or_insert_with(|| buffer.push_vertices(&zeros(), true))
+        } else {
+            buffer.push_vertices(&surface.spread(&morph.deltas), true)
+        }
+    };
     let targets: Vec<_> = part
         .morphs
         .iter()
         .map(|morph| json::mesh::MorphTarget {
-            positions: Some(buffer.push_vertices(&surface.spread(&morph.deltas), true)),
+            positions: Some(deltas(morph)),
             normals: None,
             tangents: None,
         })

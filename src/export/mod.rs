@@ -8,11 +8,13 @@
 //! | `.obj` | [`write_obj`], [`write_quad_obj`] | every 3D program | a mesh with its MTL and textures | the mesh's own |
 //! | `.csv` | [`MotionCsvWriter`] | pandas, spreadsheets, OpenFace scripts | landmarks and head pose | pixels; millimetres and radians in OpenCV's camera frame |
 //! | `.muscles.csv` | [`write_muscle_csv`] | pandas, spreadsheets | contractions of muscles | 0 relaxed, 1 contracted |
+//! | `.appearance.csv` | [`write_appearance_csv`] | pandas, spreadsheets | states of the skin's regions | 0 neutral, 1 most expressive |
 //! | `.livelink.csv` | [`write_live_link`] | whatever reads Live Link Face's recordings | ARKit's 52 shapes, turn of head and eyes | 0..1; radians |
 //!
 //! All of them go through [`Draft`]. `docs/formats.md` describes them for users.
 
 mod actions;
+mod appearance_csv;
 mod csv;
 mod csv_read;
 mod decimal;
@@ -34,6 +36,7 @@ mod obj;
 mod pc2;
 
 pub use actions::{write_basis, write_library, write_text};
+pub use appearance_csv::{write_appearance_csv, write_skin};
 pub use csv::{MotionCsvWriter, MotionRow};
 pub use csv_read::{MotionRecord, read_motion_csv};
 pub use draft::Draft;

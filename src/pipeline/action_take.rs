@@ -27,14 +27,17 @@ impl Playing {
     pub fn at(&self, time: Timestamp) -> ActionWeights {
         match self {
             Self::Score(score) => score.at(time),
-            Self::Expression(weights) => {
-                let seconds = time.seconds();
-                let from_end = 2.0 * COMING + STAYING - seconds;
-                let ramp = (seconds.min(from_end) / COMING).clamp(0.0, 1.0);
-                ActionWeights::default().towards(weights, ramp * ramp * (3.0 - 2.0 * ramp))
-            }
+            Self::Expression(weights) => ActionWeights::default().towards(weights, expression_share(time)),
         }
     }
+}
+
+/// How much of a single expression shows at a moment.
+pub(super) fn expression_share(time: Timestamp) -> f64 {
+    let seconds = time.seconds();
+    let from_end = 2.0 * COMING + STAYING - seconds;
+    let ramp = (seconds.min(from_end) / COMING).clamp(0.0, 1.0);
+    ramp * ramp * (3.0 - 2.0 * ramp)
 }
 
 /// Action units and the rig that they move.

@@ -6,9 +6,11 @@ use nalgebra::{Isometry3, MatrixXx3};
 
 use super::{
     GlbReport, HeadMode, Motion, PipelineError, Stage, Stopwatch, Target, constant_rate,
-    glb_take::write_take_glb, performer_view::PerformerView,
+    glb_take::{SkinCurves, write_take_glb},
+    performer_view::PerformerView,
 };
 use crate::{
+    appearance::AppearanceStates,
     capture::FrameSource,
     export::{Mp4Settings, Mp4Writer, Pc2Writer, Sound},
     rig::{Bones, Rig},
@@ -24,6 +26,8 @@ pub struct Animation<'a> {
     pub rig: &'a Rig,
     /// Whether outputs move the head.
     pub head: HeadMode,
+    /// The states of living skin, one for each frame of the take, if it is shown.
+    pub states: Option<&'a [AppearanceStates]>,
 }
 
 /// A video to be written.
@@ -68,7 +72,8 @@ impl Animation<'_> {
         watch.time("write glb", || {
             let moves = self.control_motion();
             let times: Vec<_> = self.motion.frames.iter().map(|frame| frame.timestamp).collect();
-            write_take_glb(path, self.target, self.rig.warp(), &times, &moves, self.head)
+            let skin = self.states.map(|states| SkinCurves { states });
+            write_take_glb(path, self.target, self.rig.warp(), &times, &moves, self.head, skin)
         })
     }
 
@@ -94,6 +99,7 @@ impl Animation<'_> {
         for step in 0..=ticks.len() {
             if let Some(&index) = ticks.get(step) {
                 watch.time("warp", || self.rig.pose(&self.motion.frames[index].expression, &mut frame))?;
+                self.show(index, &mut stage);
                 watch.time("draw", || stage.submit(&frame))?;
             }
             let Some(done) = step.checked_sub(1) else { continue };
@@ -109,6 +115,13 @@ impl Animation<'_> {
             progress(step as u64);
         }
         Ok(watch.time("encode", || writer.commit())?)
+    }
+
+    /// Lets the stage show the skin of a frame.
+    pub(super) fn show(&self, index: usize, stage: &mut Stage) {
+        if let Some(states) = self.states.and_then(|states| states.get(index)) {
+            stage.show(states);
+        }
     }
 
     /// The indices of the frames shown at each tick of the clip's nominal rate.

@@ -34,6 +34,11 @@ pub fn canonical_skin(path: &Path, face: &[Point3<f64>]) -> Result<Surface, Pipe
         .map_err(|fault| PipelineError::CanonicalFace { path: path.into(), reason: fault.to_string() })
 }
 
+/// The triangles of the canonical face's skin, landmarks in threes.
+pub(super) fn canonical_triangles(path: &Path) -> Result<Vec<[u32; 3]>, PipelineError> {
+    Ok(read(path)?.triangles)
+}
+
 fn read(path: &Path) -> Result<CanonicalFile, PipelineError> {
     let unusable = |reason: String| PipelineError::CanonicalFace { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;

@@ -1,6 +1,7 @@
 //! Every error of the stages, for those who join them.
 
 use crate::{
+    appearance::AppearanceError,
     assets::AssetError,
     capture::CaptureError,
     export::{ExportError, MorphBasisError},
@@ -41,6 +42,9 @@ pub enum PipelineError {
     /// Muscles.
     #[error(transparent)]
     Muscle(#[from] MuscleError),
+    /// Skins.
+    #[error(transparent)]
+    Appearance(#[from] AppearanceError),
     /// Files out.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -52,6 +56,11 @@ pub enum PipelineError {
         /// Why.
         source: std::io::Error,
     },
+    /// The canonical face does not carry the regions of the skin, or the performer's face has no extent.
+    #[error(
+        "the face has no place for the regions of the skin. Remove the canonical face and run `make setup`"
+    )]
+    NoSampler,
     /// A scan that cannot be gridded.
     #[error("{scan}: {source}")]
     Grid {
@@ -98,6 +107,15 @@ pub enum PipelineError {
         path: std::path::PathBuf,
         /// Points found.
         found: usize,
+    },
+    /// Nothing to bake skin into.
+    #[error(
+        "{scan} has no texture of its own, and wrinkle maps are textures. Leave --bake out: films and pictures show the \
+         wrinkles on vertex colours too, and a .glb holds their curves"
+    )]
+    NoSkinTexture {
+        /// The scan's name.
+        scan: String,
     },
     /// A stage's thread ended without saying why.
     #[error("the {stage} stage stopped unexpectedly; please report this with the command that was run")]

@@ -63,7 +63,8 @@ struct OwnedPart {
 }
 
 impl AvatarParts {
-    /// The target's parts. `shapes` are displacements of the soft vertices, own axes and metres, named by `names`;
+    /// The target's parts. `shapes` are displacements of the soft vertices, own axes and metres, named by `names`, or
+    /// empty where a name moves nothing;
     /// `bones` move the rigid parts, a motion for each frame, or nothing moves them.
     pub fn new(
         target: &Target,
@@ -111,7 +112,7 @@ fn morphs(part: &Part, names: &[String], shapes: &[Vec<[f32; 3]>]) -> Vec<MorphT
     named
         .map(|(name, shape)| MorphTarget {
             name: name.clone(),
-            deltas: shape[part.vertices.clone()].to_vec(),
+            deltas: shape.get(part.vertices.clone()).unwrap_or_default().to_vec(),
         })
         .collect()
 }

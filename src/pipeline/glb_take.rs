@@ -9,6 +9,7 @@ use super::{
     glb_parts::{AvatarParts, OwnMetres},
 };
 use crate::{
+    appearance::{AppearanceStates, Region},
     capture::Timestamp,
     export::{GlbAvatar, NodeKey, compress, write_glb},
     spline::Warp,
@@ -28,8 +29,26 @@ pub struct GlbReport {
     pub worst_frame_rms: f64,
 }
 
+/// How living skin plays over a take.
+#[derive(Debug, Clone, Copy)]
+pub struct SkinCurves<'a> {
+    /// One for each of the take's times.
+    pub states: &'a [AppearanceStates],
+}
+
+impl SkinCurves<'_> {
+    /// The regions that ever have a state, each with its curve; what cannot be told is neutral.
+    fn curves(&self) -> impl Iterator<Item = (Region, Vec<f32>)> {
+        let told = |region: &Region| self.states.iter().any(|states| states.get(*region).is_some());
+        Region::ALL.into_iter().filter(told).map(|region| {
+            (region, self.states.iter().map(|states| states.get(region).unwrap_or(0.0)).collect())
+        })
+    }
+}
+
 /// Writes the target with its motion at `times`, spread by `warp`. Axes are the scan's own, the unit is the metre, as glTF
-/// wants.
+/// wants. The states of living skin become morph targets that move nothing, by the names of their curves: engines blend
+/// wrinkle maps by them.
 pub fn write_take_glb(
     path: &Path,
     target: &Target,
@@ -37,6 +56,7 @@ pub fn write_take_glb(
     times: &[Timestamp],
     moves: &ControlMotion,
     mode: HeadMode,
+    skin: Option<SkinCurves>,
 ) -> Result<GlbReport, PipelineError> {
     let basis = compress(&warp.gram(), &moves.controls, TOLERANCE)?;
     let export = OwnMetres::of(target);
@@ -48,9 +68,16 @@ pub fn write_take_glb(
         warp.apply(&moved, &mut deltas)?;
         shapes.push(deltas.iter().map(|delta| export.vector(*delta)).collect());
     }
-    let names: Vec<String> = (1..=shapes.len()).map(|i| format!("motion{i:02}")).collect();
-    let weights: Vec<Vec<f32>> =
+    let mut names: Vec<String> = (1..=shapes.len()).map(|i| format!("motion{i:02}")).collect();
+    let mut weights: Vec<Vec<f32>> =
         basis.weights.row_iter().map(|row| row.iter().map(|&weight| weight as f32).collect()).collect();
+    for (region, curve) in skin.iter().flat_map(SkinCurves::curves) {
+        names.push(region.curve());
+        shapes.push(Vec::new());
+        for (row, state) in weights.iter_mut().zip(curve) {
+            row.push(state);
+        }
+    }
     let heads: Vec<NodeKey> = moves.heads.iter().map(|head| export.key(head, &Point3::origin())).collect();
     let parts = AvatarParts::new(target, &export, &names, &shapes, Some(&moves.bones));
     write_glb(

@@ -5,8 +5,12 @@ use std::path::Path;
 use image::RgbaImage;
 use nalgebra::{MatrixXx3, Vector3};
 
-use super::{ControlMotion, GlbReport, HeadMode, PipelineError, Stage, Target, glb_take::write_take_glb};
+use super::{
+    ControlMotion, GlbReport, HeadMode, PipelineError, Stage, Target,
+    glb_take::{SkinCurves, write_take_glb},
+};
 use crate::{
+    appearance::AppearanceStates,
     capture::{FrameRate, Timestamp},
     export::{Mp4Settings, Mp4Writer, Pc2Writer, write_obj},
     rig::{AvatarFrame, Puppet},
@@ -36,6 +40,11 @@ pub trait Play {
         vec![self.still()]
     }
 
+    /// The states of living skin at a moment; none where skin plays no part.
+    fn states(&self, _time: Timestamp) -> Option<AppearanceStates> {
+        None
+    }
+
     /// Whether the head moves.
     fn head(&self) -> HeadMode {
         HeadMode::Still
@@ -62,6 +71,12 @@ impl PlayedTake<'_> {
     fn pose(&self, time: Timestamp, frame: &mut AvatarFrame) -> Result<(), PipelineError> {
         self.play.pose_controls(time, frame);
         Ok(self.play.puppet().place(frame)?)
+    }
+
+    fn show(&self, time: Timestamp, stage: &mut Stage) {
+        if let Some(states) = self.play.states(time) {
+            stage.show(&states);
+        }
     }
 
     /// The avatar at one moment, every part of it, in the file's own frame and unit. The scan's vertices come first, in
@@ -111,7 +126,9 @@ impl PlayedTake<'_> {
             moves.bones.push(posed.bones);
             moves.heads.push(posed.head);
         }
-        write_take_glb(path, self.target, self.play.puppet().warp(), &times, &moves, self.play.head())
+        let states: Option<Vec<_>> = times.iter().map(|time| self.play.states(*time)).collect();
+        let skin = states.as_deref().map(|states| SkinCurves { states });
+        write_take_glb(path, self.target, self.play.puppet().warp(), &times, &moves, self.play.head(), skin)
     }
 
     /// A film. `progress` is told the number of pictures done.
@@ -130,6 +147,7 @@ impl PlayedTake<'_> {
         for step in 0..=times.len() {
             if let Some(time) = times.get(step) {
                 self.pose(*time, &mut frame)?;
+                self.show(*time, stage);
                 stage.submit(&frame)?;
             }
             if step > 0 {
@@ -148,6 +166,7 @@ impl PlayedTake<'_> {
         let mut cells = Vec::new();
         for time in &moments {
             self.pose(*time, &mut frame)?;
+            self.show(*time, stage);
             let picture = stage.picture(&frame)?;
             if moments.len() == 1 {
                 return Ok(picture);

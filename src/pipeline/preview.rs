@@ -27,6 +27,7 @@ pub fn preview_sheet(
     for index in most_different(animation) {
         let moment = &animation.motion.frames[index];
         animation.rig.pose(&moment.expression, &mut frame)?;
+        animation.show(index, stage);
         let drawn = stage.picture(&frame)?;
         let avatar = image::imageops::thumbnail(&drawn, drawn.width() * HEIGHT / drawn.height(), HEIGHT);
         let seen = as_picture([width, HEIGHT], performer.picture(moment.index, [width, HEIGHT])?)?;

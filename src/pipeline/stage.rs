@@ -5,8 +5,9 @@ use std::sync::Arc;
 use image::RgbaImage;
 use nalgebra::{Isometry3, Matrix4, Point3, Rotation3};
 
-use super::{PipelineError, Target, photographer::Photographer};
+use super::{LivingSkin, PipelineError, Target, photographer::Photographer};
 use crate::{
+    appearance::AppearanceStates,
     rig::AvatarFrame,
     scan::NormalSolver,
     view::{Gpu, Look, Model, Renderer, Smoothing, ViewCamera, as_picture},
@@ -56,6 +57,7 @@ pub struct Stage {
     look: Look,
     head: HeadMode,
     level: Rotation3<f64>,
+    skin: Option<LivingSkin>,
 }
 
 impl Stage {
@@ -80,6 +82,7 @@ impl Stage {
             look,
             head,
             level: *level,
+            skin: None,
         })
     }
 
@@ -94,11 +97,30 @@ impl Stage {
         &self.camera
     }
 
+    /// Puts living skin on the target, made for it; until [`Stage::show`] says more it is neutral.
+    #[must_use]
+    pub fn wearing(self, skin: Option<LivingSkin>) -> Self {
+        Self { skin, ..self }
+    }
+
+    /// What the skin looks like in the frames from now on; nothing without a skin.
+    pub fn show(&mut self, states: &AppearanceStates) {
+        if let Some(skin) = &mut self.skin {
+            skin.model.show(states);
+        }
+    }
+
     /// Draws a frame and sends its picture on the way.
     pub fn submit(&mut self, frame: &AvatarFrame) -> Result<(), PipelineError> {
         self.solver.update(&frame.positions, &mut self.normals);
         let world: Matrix4<f64> = self.head.motion(&frame.head).to_homogeneous();
-        self.renderer.draw(&self.model, &frame.positions, &self.normals, &world, &self.camera, &self.look)?;
+        let (positions, normals, camera, look) = (&frame.positions, &self.normals, &self.camera, &self.look);
+        match &mut self.skin {
+            Some(skin) => {
+                self.renderer.draw_living(&mut skin.model, positions, normals, &world, camera, look)?;
+            }
+            None => self.renderer.draw(&self.model, positions, normals, &world, camera, look)?,
+        }
         Ok(self.renderer.submit()?)
     }
 

@@ -135,6 +135,10 @@ impl Play for WirePlay {
         self.moments.clone()
     }
 
+    fn states(&self, time: Timestamp) -> Option<AppearanceStates> {
+        self.frame(time).appearance
+    }
+
     fn head(&self) -> HeadMode {
         HeadMode::Follow
     }

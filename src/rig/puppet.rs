@@ -9,7 +9,7 @@ use super::{
 use crate::{
     anatomy::{Anatomy, CHIN, Jaw, JawPose, Part, PartKind},
     lift::{EyeState, Eyes, Side},
-    scan::Surface,
+    scan::{Mesh, Surface},
     spline::Warp,
 };
 
@@ -33,6 +33,19 @@ pub struct AvatarFrame {
     pub bones: Bones,
     /// Room for the source's vectors, so that a frame allocates nothing.
     pub(crate) scratch: Vec<Vector3<f64>>,
+}
+
+impl AvatarFrame {
+    /// A mesh that nothing moves.
+    pub fn at_rest(mesh: &Mesh) -> Self {
+        Self {
+            positions: mesh.positions_f32(),
+            controls: Vec::new(),
+            head: Isometry3::identity(),
+            bones: Bones::rest(),
+            scratch: Vec::new(),
+        }
+    }
 }
 
 /// The motions of what does not bend, within the head. Target's scan frame, millimetres.

@@ -1,11 +1,11 @@
 //! A mesh on the graphics device.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use bytemuck::{Pod, Zeroable};
-use nalgebra::{Vector3, Vector4};
+use nalgebra::Vector4;
 
-use super::{Gpu, ViewError, texture};
+use super::{Gpu, ViewError, facing::facing_first, texture};
 use crate::scan::{Material, Mesh};
 
 /// The colour of a surface that has neither texture nor vertex colours: a warm grey, linear.
@@ -25,7 +25,7 @@ pub(super) struct FixedVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(super) struct MovingVertex {
-    position: [f32; 3],
+    pub(super) position: [f32; 3],
     normal: [f32; 3],
 }
 
@@ -44,7 +44,7 @@ struct MaterialUniform {
 /// The triangles of one material.
 #[derive(Debug)]
 pub(super) struct Part {
-    pub indices: std::ops::Range<u32>,
+    pub indices: Range<u32>,
     pub textured: bool,
     /// Whether it shines wet.
     pub glossy: bool,
@@ -160,17 +160,12 @@ impl Model {
     /// What they hide is then never shaded, which is half of a closed head. `eye` is in the model's frame,
     /// homogeneous: a point or, for parallel rays, the direction towards the viewer.
     pub(super) fn facing_first(&self, vertices: &[MovingVertex], eye: Vector4<f32>, out: &mut Vec<[u32; 3]>) {
-        out.clear();
-        let at = |index: u32| Vector3::from(vertices[index as usize].position);
-        let faces = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(at);
-            (b - a).cross(&(c - a)).dot(&(eye.xyz() - a * eye.w)) > 0.0
-        };
-        for part in &self.parts {
-            let part = &self.triangles[part.indices.start as usize / 3..part.indices.end as usize / 3];
-            out.extend(part.iter().filter(|triangle| faces(triangle)));
-            out.extend(part.iter().filter(|triangle| !faces(triangle)));
-        }
+        facing_first(&self.triangles, self.parts.iter().map(|part| &part.indices), vertices, eye, out);
+    }
+
+    /// The triangles of a range of indices.
+    pub(super) fn triangles_of(&self, indices: &Range<u32>) -> &[[u32; 3]] {
+        &self.triangles[indices.start as usize / 3..indices.end as usize / 3]
     }
 }
 
@@ -219,7 +214,7 @@ fn split(mesh: &Mesh) -> Split {
 }
 
 /// The triangles sorted by material, otherwise in their order, and for every material in use its range of indices.
-fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
+fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, Range<u32>)>) {
     let material = |t: &u32| mesh.triangle_materials.get(*t as usize).copied().unwrap_or(0);
     let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     order.sort_by_key(material);
@@ -237,7 +232,7 @@ fn by_material(mesh: &Mesh) -> (Vec<u32>, Vec<(usize, std::ops::Range<u32>)>) {
 }
 
 /// Binds every material in use; a texture that several share is decoded once.
-fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, std::ops::Range<u32>)>) -> Result<Vec<Part>, ViewError> {
+fn parts(gpu: &Gpu, mesh: &Mesh, ranges: Vec<(usize, Range<u32>)>) -> Result<Vec<Part>, ViewError> {
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("scan texture"),
         address_mode_u: wgpu::AddressMode::Repeat,

@@ -79,7 +79,7 @@ impl Pipelines {
     }
 }
 
-fn layout(gpu: &Gpu, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
+pub(super) fn layout(gpu: &Gpu, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().copied().map(Some).collect();
     gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
@@ -88,7 +88,10 @@ fn layout(gpu: &Gpu, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout 
     })
 }
 
-fn vertex_layout(stride: usize, attributes: &[wgpu::VertexAttribute]) -> wgpu::VertexBufferLayout<'_> {
+pub(super) fn vertex_layout(
+    stride: usize,
+    attributes: &[wgpu::VertexAttribute],
+) -> wgpu::VertexBufferLayout<'_> {
     wgpu::VertexBufferLayout {
         array_stride: stride as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -97,7 +100,7 @@ fn vertex_layout(stride: usize, attributes: &[wgpu::VertexAttribute]) -> wgpu::V
 }
 
 /// The model keeps what is nearest; the background fills what the model leaves.
-fn depth(nearest: bool) -> wgpu::DepthStencilState {
+pub(super) fn depth(nearest: bool) -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH,
         depth_write_enabled: Some(nearest),
@@ -112,7 +115,7 @@ fn depth(nearest: bool) -> wgpu::DepthStencilState {
 }
 
 /// Both sides of every triangle are drawn: scans are open shells.
-fn pipeline(
+pub(super) fn pipeline(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,
     layout: &wgpu::PipelineLayout,

@@ -1,12 +1,14 @@
 //! Draws a model, and gives the picture back.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable as _;
 use image::RgbaImage;
-use nalgebra::{Matrix3, Matrix4};
+use nalgebra::Matrix4;
 
 use super::edges::EdgeSmoother;
-use super::look::{Background, Lighting, Look};
-use super::model::{CLAY, Model, MovingVertex, filled};
+use super::frame_uniform::FrameUniform;
+use super::living::{LivingModel, SkinPrograms};
+use super::look::{Background, Look};
+use super::model::{Model, MovingVertex, filled};
 use super::pipelines::{COLOUR, DEPTH, Pipelines};
 use super::readback::{Readback, as_picture};
 use super::{Gpu, ViewCamera, ViewError};
@@ -26,9 +28,11 @@ pub enum Smoothing {
 /// Draws pictures of one size on one device.
 #[derive(Debug)]
 pub struct Renderer {
-    gpu: Gpu,
+    pub(super) gpu: Gpu,
     size: wgpu::Extent3d,
-    pipelines: Pipelines,
+    pub(super) pipelines: Pipelines,
+    /// Made when the first living skin is drawn.
+    pub(super) skin: Option<SkinPrograms>,
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     picture: wgpu::Texture,
@@ -49,23 +53,6 @@ pub struct Renderer {
 struct Backdrop {
     of: Background,
     texture: wgpu::Texture,
-}
-
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct FrameUniform {
-    clip_from_model: [[f32; 4]; 4],
-    view_from_model: [[f32; 4]; 4],
-    normal_from_model: [[f32; 4]; 4],
-    eye: [f32; 4],
-    lights: [f32; 4],
-    background_top: [f32; 4],
-    background_bottom: [f32; 4],
-    clay: [f32; 4],
-    specular: f32,
-    facing: f32,
-    height: f32,
-    padding: f32,
 }
 
 impl Renderer {
@@ -105,6 +92,7 @@ impl Renderer {
                 entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
             }),
             pipelines,
+            skin: None,
             frame,
             picture_view: view(&picture),
             picture,
@@ -131,6 +119,11 @@ impl Renderer {
         [self.size.width, self.size.height]
     }
 
+    /// Samples a pixel.
+    pub(super) fn sample_count(&self) -> u32 {
+        if self.samples.is_some() { 4 } else { 1 }
+    }
+
     /// The picture on the device, `Rgba8Unorm` holding sRGB, for a window to show. The next `draw` overwrites it.
     /// `Smoothing::Edges` does not reach it.
     pub fn picture(&self) -> &wgpu::Texture {
@@ -151,6 +144,21 @@ impl Renderer {
         camera: &ViewCamera,
         look: &Look,
     ) -> Result<(), ViewError> {
+        self.begin(model, None, positions, normals, world_from_model, camera, *look)
+    }
+
+    /// Draws `model`, with living skin on it where there is any; it is the skin's own model then.
+    #[expect(clippy::too_many_arguments, reason = "those of `draw`, and what it may wear")]
+    pub(super) fn begin(
+        &mut self,
+        model: &Model,
+        mut living: Option<&mut LivingModel>,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        world_from_model: &Matrix4<f64>,
+        camera: &ViewCamera,
+        look: Look,
+    ) -> Result<(), ViewError> {
         camera.check()?;
         if camera.viewport != self.size() {
             let [width, height] = camera.viewport;
@@ -163,19 +171,25 @@ impl Renderer {
         self.gpu.queue.write_buffer(&model.moving, 0, bytemuck::cast_slice(&self.vertices));
         if let Some(model_from_view) = (camera.view_from_world() * world_from_model).try_inverse() {
             let eye = (model_from_view * camera.eye_in_view()).cast::<f32>();
-            model.facing_first(&self.vertices, eye, &mut self.triangles);
+            match &living {
+                Some(living) => living.facing_first(&self.vertices, eye, &mut self.triangles),
+                None => model.facing_first(&self.vertices, eye, &mut self.triangles),
+            }
             self.gpu.queue.write_buffer(&model.indices, 0, bytemuck::cast_slice(&self.triangles));
         }
-        let uniform = self.uniform(model, world_from_model, camera, *look);
+        let uniform = FrameUniform::new(model, world_from_model, camera, look, self.size.height);
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
-        self.look = *look;
+        self.look = look;
 
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copied = self.samples.is_none() && matches!(look.background, Background::Vertical { .. });
         if copied {
             self.copy_backdrop(&mut encoder, look.background);
         }
-        self.draw_model(&mut encoder, model, copied);
+        if let Some(living) = living.as_mut() {
+            living.compose(&self.gpu, &mut encoder);
+        }
+        self.draw_model(&mut encoder, model, living.as_deref(), copied);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
     }
@@ -229,7 +243,13 @@ impl Renderer {
         pass.draw(0..3, 0..1);
     }
 
-    fn draw_model(&self, encoder: &mut wgpu::CommandEncoder, model: &Model, background_is_there: bool) {
+    fn draw_model(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        model: &Model,
+        living: Option<&LivingModel>,
+        background_is_there: bool,
+    ) {
         let [r, g, b, a] = self.look.background_colours()[0].map(f64::from);
         let load = if background_is_there {
             wgpu::LoadOp::Load
@@ -245,10 +265,14 @@ impl Renderer {
         pass.set_vertex_buffer(0, model.fixed.slice(..));
         pass.set_vertex_buffer(1, model.moving.slice(..));
         pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for part in &model.parts {
-            pass.set_pipeline(self.pipelines.part(self.look.lighting, part));
-            pass.set_bind_group(1, &part.material, &[]);
-            pass.draw_indexed(part.indices.clone(), 0, 0..1);
+        if let (Some(living), Some(programs)) = (living, &self.skin) {
+            living.draw(&mut pass, &self.pipelines, programs, self.look.lighting);
+        } else {
+            for part in &model.parts {
+                pass.set_pipeline(self.pipelines.part(self.look.lighting, part));
+                pass.set_bind_group(1, &part.material, &[]);
+                pass.draw_indexed(part.indices.clone(), 0, 0..1);
+            }
         }
         if !background_is_there && matches!(self.look.background, Background::Vertical { .. }) {
             self.draw_background(&mut pass);
@@ -283,41 +307,6 @@ impl Renderer {
             occlusion_query_set: None,
             multiview_mask: None,
         })
-    }
-
-    fn uniform(
-        &self,
-        model: &Model,
-        world_from_model: &Matrix4<f64>,
-        camera: &ViewCamera,
-        look: Look,
-    ) -> FrameUniform {
-        let view_from_model = camera.view_from_world() * world_from_model;
-        let linear: Matrix3<f64> = view_from_model.fixed_view::<3, 3>(0, 0).into();
-        // The cofactors turn normals as the inverse transpose does, but exist for every matrix. A mirror turns
-        // them inside out; their sign puts that right.
-        let facing = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let [x, y, z] = [linear.column(0), linear.column(1), linear.column(2)];
-        let cofactors = Matrix3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]) * facing;
-        // Nothing in a bare shape holds baked light: it needs the key light that clay gets.
-        let bare = look.lighting == Lighting::Lit && !model.coloured;
-        let (lights, specular) = if bare { look.lit_by(Lighting::Clay) } else { look }.lights();
-        let [background_top, background_bottom] = look.background_colours();
-        let clay = [CLAY[0], CLAY[1], CLAY[2], f32::from(u8::from(look.lighting == Lighting::Clay))];
-        FrameUniform {
-            clip_from_model: (camera.clip_from_view() * view_from_model).cast::<f32>().into(),
-            view_from_model: view_from_model.cast::<f32>().into(),
-            normal_from_model: cofactors.to_homogeneous().cast::<f32>().into(),
-            eye: camera.eye_in_view().cast::<f32>().into(),
-            lights,
-            background_top,
-            background_bottom,
-            clay,
-            specular,
-            facing: facing as f32,
-            height: self.size.height as f32,
-            padding: 0.0,
-        }
     }
 }
 

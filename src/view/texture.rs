@@ -57,7 +57,8 @@ fn upload_image(gpu: &Gpu, mut image: RgbaImage, linear: &LinearLight) -> wgpu::
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-fn decode(texture: &Texture) -> Result<RgbaImage, ViewError> {
+/// A texture's picture; refused above the size that is read.
+pub(crate) fn decode(texture: &Texture) -> Result<RgbaImage, ViewError> {
     let format = match texture.format {
         TextureFormat::Png => image::ImageFormat::Png,
         TextureFormat::Jpeg => image::ImageFormat::Jpeg,
