@@ -11,8 +11,11 @@ use understudy::{
     appearance::Region,
     assets::Assets,
     capture,
-    export::{Draft, write_skin},
-    pipeline::{Choice, TakeLooks, learn_skin, read_choices, read_face_frame, skin_sheet},
+    export::{Draft, write_obj, write_skin},
+    pipeline::{
+        Choice, TakeLooks, learn_skin, neutral_look, performer_avatar, read_choices, read_face_frame,
+        skin_sheet,
+    },
     view::save_png,
 };
 
@@ -24,6 +27,8 @@ Examples:
   understudy learn-appearance brows.mp4 smile.mp4 -o me.skin
   understudy learn-appearance faces.mp4 -o me.skin --use forehead=12,80,143 --use glabella=12,60,61,95
   understudy learn-appearance brows.mp4 smile.mp4 -o me.skin --edit me.toml
+  understudy learn-appearance faces.mp4 -o me.skin --avatar me.obj
+  understudy animate clip.mp4 --target me.obj --skin me.skin --skin-mode own -o avatar.mp4
   understudy track clip.mp4 --skin me.skin -o take.appearance.csv
 
 Perform in even light, near the camera: raise your brows, frown, smile broadly with squinting eyes, wrinkle your nose, draw the
@@ -55,6 +60,9 @@ pub struct LearnAppearance {
     /// A picture of what was chosen for every region
     #[arg(long, value_name = "FILE.png")]
     sheet: Option<PathBuf>,
+    /// The performer's own face out of the first take, as a textured scan for --target
+    #[arg(long, value_name = "FILE.obj")]
+    avatar: Option<PathBuf>,
     /// The performer's name; the output's name if not given
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
@@ -75,13 +83,16 @@ impl LearnAppearance {
         if let Some(sheet) = self.sheet.as_deref().filter(|sheet| !is(sheet, "png")) {
             return Err(format!("cannot write {}: name it .png", sheet.display()).into());
         }
+        if let Some(avatar) = self.avatar.as_deref().filter(|avatar| !is(avatar, "obj")) {
+            return Err(format!("cannot write {}: name it .obj", avatar.display()).into());
+        }
         if !self.more.is_empty() && self.clip.names_neutral() {
             return Err("--neutral names a stretch of one take: learn from one take with it".into());
         }
         let clips: Vec<&Path> =
             [&self.clip.clip].into_iter().chain(&self.more).map(PathBuf::as_path).collect();
         let read: Vec<&Path> = clips.iter().copied().chain(self.edit.as_deref()).collect();
-        for output in [&self.output].into_iter().chain(&self.sheet) {
+        for output in [&self.output].into_iter().chain(&self.sheet).chain(&self.avatar) {
             inputs::spare(output, &read)?;
             drop(Draft::create(output)?);
         }
@@ -111,7 +122,7 @@ impl LearnAppearance {
         for missing in &learnt.missing {
             say!("not {missing}");
         }
-        for path in self.sheet.iter().chain([&self.output]) {
+        for path in self.sheet.iter().chain(&self.avatar).chain([&self.output]) {
             say!("wrote {}", path.display());
         }
         Ok(())
@@ -143,6 +154,10 @@ impl LearnAppearance {
             let lift = clip.lift(&mut networks)?;
             let take = clip.solve(assets, networks, lift, quiet)?;
             networks = take.networks;
+            if let Some(path) = self.avatar.as_ref().filter(|_| place == 0) {
+                let look = neutral_look(clip.open()?, &take.motion, frame)?;
+                write_obj(path, &performer_avatar(&take.motion.performer, frame, &look)?)?;
+            }
             let source = clip.open()?;
             let bar = progress::bar("looking", Some(take.motion.frames.len() as u64), quiet);
             takes.push(TakeLooks::gather(place, source, take.motion, frame, |done| bar.set_position(done))?);

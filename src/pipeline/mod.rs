@@ -67,7 +67,7 @@ pub use motion_table::{MotionTable, write_motion};
 pub use muscle_shapes::MuscleShapes;
 pub use networks::Networks;
 pub use performance::{Performance, TrackedFrame};
-pub use performer_avatar::performer_avatar;
+pub use performer_avatar::{neutral_look, performer_avatar};
 pub use performer_scan::performer_face;
 pub use photographer::{Photographer, Portrait};
 pub use play::{Play, PlayedTake};

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use image::Rgba;
 
 use super::{
-    PipelineError,
+    Motion, PipelineError,
     baked_texture::{bled, texture_of},
 };
 use crate::{
     appearance::{FRAME_SIZE, FaceFrame, FaceImage},
+    capture::{Frame, FrameSource},
     lift::Performer,
     scan::{Material, Mesh, tessellate},
     tracking::SKIN_LANDMARK_COUNT,
@@ -17,6 +18,36 @@ use crate::{
 
 /// Rounds of tessellation: 898 triangles become 14,368.
 const ROUNDS: usize = 2;
+/// Frames whose mean is the neutral look, at most: enough against noise, few enough to stay sharp.
+const LOOKS: usize = 8;
+
+/// The performer's neutral look in the shared frame: the mean of frames spread over the neutral stretch. `source` is the clip
+/// from its start. Nothing is known where the clip ends before that stretch.
+pub fn neutral_look(
+    mut source: Box<dyn FrameSource>,
+    motion: &Motion,
+    frame: &FaceFrame,
+) -> Result<FaceImage, PipelineError> {
+    let (start, end) = motion.neutral;
+    let inside: Vec<_> =
+        motion.frames.iter().filter(|f| f.timestamp >= start && f.timestamp <= end).collect();
+    let mut wanted = inside.iter().step_by(inside.len().div_ceil(LOOKS).max(1)).peekable();
+    let mut looks = Vec::with_capacity(LOOKS);
+    let mut picture = Frame::default();
+    while let Some(next) = wanted.peek() {
+        if !source.read(&mut picture)? {
+            break;
+        }
+        if picture.index == next.index {
+            let shown = &next.expression;
+            let pixels = motion.performer.project(&shown.displacements, &shown.pose);
+            let pixels: Vec<_> = pixels.iter().map(|pixel| pixel.xy()).collect();
+            looks.extend(FaceImage::of_image(&picture.image, &pixels, frame));
+            wanted.next();
+        }
+    }
+    Ok(FaceImage::mean(&looks.iter().collect::<Vec<_>>()).unwrap_or_else(FaceImage::unknown))
+}
 
 /// The performer's neutral landmarks as a round surface with `skin`, their neutral look in the shared frame, for its texture.
 /// Scan frame, millimetres. What the landmarks do not span, the back of the head and the ears, is not there.
