@@ -86,7 +86,8 @@ fn a_painted_fold_comes_back_where_it_was() {
     let other = Area::of(Region::NasolabialRight, &FRAME);
     assert!(ratio.at_place(&other.centre).abs() < 0.02, "{}", ratio.at_place(&other.centre));
     // Dark is deep.
-    let relief = Relief::new(|place| ratio.at_place(place), &ReliefOptions::default());
+    let relief =
+        Relief::new(|place| ratio.at_place(place), |place| FILTER.mask_at(place), &ReliefOptions::default());
     assert!(relief.height(&area.centre) < -0.05, "{}", relief.height(&area.centre));
 }
 
@@ -131,7 +132,7 @@ fn stubble_is_not_printed() {
     // Two pictures of one beard never lie on one another to the hair.
     let hair = |place: &Point2<f64>, shift: f64| {
         let (x, y) = (place.x + shift, place.y);
-        0.5 + 0.5 * ((x * 1.3).sin() * (y * 1.1 + x * 0.3).sin()) as f32
+        0.5 + 0.5 * ((x * 0.65).sin() * (y * 0.5 + x * 0.15).sin()) as f32
     };
     let grown = |shift: f64| painted(move |place| skin(place) * (1.0 - 0.6 * hair(place, shift)));
     let strength = |options: RatioOptions| {

@@ -76,6 +76,11 @@ impl RatioFilter {
         self.mask[pixel]
     }
 
+    /// The same at a place of the frame; 0 beyond it.
+    pub fn mask_at(&self, place: &Point2<f64>) -> f32 {
+        sample(&self.mask, place)
+    }
+
     /// What an expression changes. Both are the same face in the same light; brightening the whole of one of them changes
     /// nothing.
     pub fn ratio(&self, neutral: &FaceImage, expressive: &FaceImage) -> RatioImage {

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{
-    FaceFrame,
+    FRAME_SIZE, FaceFrame,
     plane::{blur, places},
 };
 
@@ -21,8 +21,14 @@ const OUTLINE: [usize; 36] = [
     10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152, 148, 176,
     149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
 ];
-/// Inside the outline the mask rises from 0 at the first distance to 1 at the second.
+/// Inside the outline the mask rises from 0 at the first distance to 1 at the second: where the cheek turns away …
 const FADE: [f64; 2] = [22.0, 62.0];
+/// … and on the forehead, which faces the viewer as far as its lines go.
+const FOREHEAD_FADE: [f64; 2] = [10.0, 30.0];
+/// From the brows up, the one becomes the other.
+const FOREHEAD: f64 = 30.0;
+/// Middle of a brow.
+const BROW: usize = 105;
 /// Nearer to the outline than this a picture may show the background.
 const RIM: f64 = 8.0;
 /// Blur of the edge of a hole.
@@ -42,11 +48,17 @@ pub(super) fn of(frame: &FaceFrame) -> (Vec<f32>, Vec<f32>) {
         })
         .collect();
     let inside: Vec<f64> = places().map(|place| depth(&place, &outline)).collect();
-    let fade = |depth: f64| ((depth - FADE[0]) / (FADE[1] - FADE[0])).clamp(0.0, 1.0) as f32;
+    let brow = frame.points()[BROW].y;
+    let fade = |pixel: usize| {
+        let y = (pixel / FRAME_SIZE[0]) as f64;
+        let share = ((brow - y) / FOREHEAD).clamp(0.0, 1.0);
+        let [low, high] = [0, 1].map(|end| FADE[end] + (FOREHEAD_FADE[end] - FADE[end]) * share);
+        ((inside[pixel] - low) / (high - low)).clamp(0.0, 1.0) as f32
+    };
     // Feathered away from the hole alone: nothing of it comes back.
     let feathered = blur(open.clone(), FEATHER);
     let soft = |pixel: usize| open[pixel] * (2.0 * feathered[pixel] - 1.0).clamp(0.0, 1.0);
-    let mask = (0..open.len()).map(|pixel| soft(pixel) * fade(inside[pixel])).collect();
+    let mask = (0..open.len()).map(|pixel| soft(pixel) * fade(pixel)).collect();
     let skin = (0..open.len()).map(|pixel| if inside[pixel] > RIM { open[pixel] } else { 0.0 }).collect();
     (mask, skin)
 }
