@@ -3,7 +3,6 @@
 //! `docs/appearance.md` shows it, `docs/benchmarks/appearance.md` says how well it is told.
 
 mod area;
-mod blur;
 mod classifier;
 mod composition;
 mod cues;
@@ -15,9 +14,11 @@ pub mod haar;
 mod learn;
 mod lids;
 mod picture;
+mod plane;
 mod ratio;
 mod ratio_mask;
 mod region;
+mod relief;
 mod sample;
 mod sampler;
 mod skin;
@@ -38,8 +39,9 @@ pub use face_image::{DARKEST, FaceImage};
 pub use learn::{Lesson, Look, MOST_AVERAGED, Stage, Unlearnt, learn, learn_from};
 pub use lids::{CLOSED_LID, lid_state};
 pub use picture::Picture;
-pub use ratio::{RatioFilter, RatioImage, RatioOptions};
+pub use ratio::{RatioFilter, RatioImage, RatioOptions, TRANSFER_GAIN};
 pub use region::{Detail, REGION_COUNT, Region};
+pub use relief::{Relief, ReliefOptions};
 pub use sample::{FINE_SIDE, OFFSETS, Sample};
 pub use sampler::{Absence, LEARNT_NARROWER, Sampler, Samples, face_width};
 pub use skin::{Exemplar, RegionSkin, Skin};
