@@ -21,7 +21,7 @@ use understudy::{
     pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions, bake_skin},
     rig::AvatarFrame,
     tracking::TrackerOptions,
-    view::{Gpu, Lighting, Look, SkinMode, Smoothing, contact_sheet, save_png},
+    view::{Gpu, Look, SkinMode, Smoothing, contact_sheet, save_png},
 };
 
 #[derive(Parser)]
@@ -50,9 +50,6 @@ struct Arguments {
     /// Show the drawn skin's own colours
     #[arg(long)]
     own: bool,
-    /// The scan's colours without light
-    #[arg(long)]
-    unlit: bool,
     /// A folder for wrinkle maps of the last scan
     #[arg(long)]
     bake: Option<PathBuf>,
@@ -118,9 +115,9 @@ fn row(
     let skin = LivingSkin::new(gpu, target, face, volumes, mode, arguments.gain)?;
     let level = Rotation3::identity();
     let side = arguments.side;
-    let look = Look::default().lit_by(if arguments.unlit { Lighting::Unlit } else { Lighting::Lit });
-    let mut stage = Stage::new(gpu, target, &level, [side; 2], look, HeadMode::Still, Smoothing::Samples4)?
-        .wearing(Some(skin));
+    let mut stage =
+        Stage::new(gpu, target, &level, [side; 2], Look::default(), HeadMode::Still, Smoothing::Samples4)?
+            .wearing(Some(skin));
     let (centre, eyes) = target.centre_and_eyes();
     stage.look_at(centre, 1.15 * eyes, arguments.yaw.to_radians());
     let frame = AvatarFrame::at_rest(&target.anatomy.mesh);

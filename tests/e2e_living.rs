@@ -1,6 +1,6 @@
 //! Living skin from the command line: wrinkles on a scan, their curves and their maps.
 
-#![allow(clippy::panic, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod common;
 #[path = "../examples/shared/wrinkles.rs"]

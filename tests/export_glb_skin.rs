@@ -10,7 +10,6 @@
 #[path = "common/gltf_validator.rs"]
 mod gltf_validator;
 #[path = "common/grid.rs"]
-#[allow(dead_code, reason = "not every test uses all of it")]
 mod grid;
 
 use gltf::animation::util::ReadOutputs;
