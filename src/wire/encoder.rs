@@ -170,7 +170,7 @@ impl Encoder {
             self.tables = next;
             self.epoch = self.epoch.wrapping_add(1);
         }
-        let fit = fitting(&self.tables, self.firsts.iter(), self.laters.iter());
+        let fit = fitting(&self.tables, &self.firsts.iter(), &self.laters.iter());
         self.next = Some(fit).filter(|fit| *fit != self.tables && self.firsts.len() >= FEWEST);
         Key { session: self.session, tables: self.tables, next: self.next }
     }
