@@ -96,7 +96,7 @@ impl Far {
                 continue;
             }
             if let Ok(Received::Frames(frames)) = self.decoder.receive(&packet.bytes, packet.time) {
-                frames.into_iter().for_each(|frame| self.timeline.add(frame));
+                self.timeline.extend(frames);
             }
         }
         if self.channel.view == View::Live {

@@ -54,7 +54,9 @@ impl Distances {
     fn join(&mut self, other: &Self) {
         self.squares += other.squares;
         self.count += other.count;
-        self.bins.iter_mut().zip(&other.bins).for_each(|(to, from)| *to += from);
+        for (to, from) in self.bins.iter_mut().zip(&other.bins) {
+            *to += from;
+        }
     }
 }
 
@@ -75,7 +77,9 @@ impl Measured {
     fn join(&mut self, other: &Self) {
         self.seconds += other.seconds;
         self.packets += other.packets;
-        self.bytes.iter_mut().zip(other.bytes).for_each(|(to, from)| *to += from);
+        for (to, from) in self.bytes.iter_mut().zip(other.bytes) {
+            *to += from;
+        }
         self.face.join(&other.face);
         self.whole.join(&other.whole);
     }
@@ -167,7 +171,9 @@ pub fn table(
     let Some(first) = rows.first().filter(|_| rows.len() > 1) else { return text };
     for (k, measured) in first.iter().enumerate() {
         let mut all = measured.clone();
-        rows[1..].iter().for_each(|row| all.join(&row[k]));
+        for row in &rows[1..] {
+            all.join(&row[k]);
+        }
         let _ = write!(text, "{}", all.row("**all**", &setting(&all.channel)));
     }
     text

@@ -133,7 +133,7 @@ impl Current {
         let mut reader = Reader::new(&content)?;
         if header.key {
             let key = Key::get(&mut reader)?.ok_or(Ignored::OtherChannels)?;
-            self.learn(header, key)?;
+            self.learn(header, &key)?;
         }
         let (Some((session, quantiser)), Some(tables)) = (&self.known, self.tables.get(&header.epoch)) else {
             return Err(Ignored::UnknownTables);
@@ -154,7 +154,7 @@ impl Current {
         Ok(Received::Frames(frames))
     }
 
-    fn learn(&mut self, header: &Header, key: Key) -> Result<(), Ignored> {
+    fn learn(&mut self, header: &Header, key: &Key) -> Result<(), Ignored> {
         match &self.known {
             Some((session, _)) if *session != key.session => return Err(Ignored::Contradiction),
             Some(_) => {}

@@ -9,7 +9,7 @@ use super::{
     entropy::Writer,
     group::{Group, MOST_FRAMES, MOST_INTERVAL},
     levels::{CHANNEL_COUNT, Levels, Quantiser, Steps},
-    packet::SALT,
+    packet::{HEADER, MOST_PACKET, SALT},
     tables::{FIRST_TABLES, Key, Session, TICKS, Tables, fitting},
 };
 use crate::capture::{FrameRate, Timestamp};
@@ -20,6 +20,10 @@ const KEY_INTERVAL: i64 = 9_000;
 const MOST_WAIT: i64 = 2_500;
 /// Packets from which tables are made: some eight seconds.
 const WINDOW: usize = 128;
+/// Fewer packets make no tables.
+const FEWEST: usize = 5;
+/// What a packet has room for, whichever its envelope.
+const MOST_CONTENT: usize = MOST_PACKET - HEADER - SALT - 16;
 /// Nanoseconds in a tenth of a millisecond.
 const TICK: i64 = 1_000_000_000 / TICKS as i64;
 
@@ -129,51 +133,59 @@ impl Encoder {
         Ok(ready)
     }
 
-    /// The packet of the frames that are still waiting, if any are.
-    pub fn flush(&mut self) -> Option<Packet> {
-        let group = Group::of(&std::mem::take(&mut self.waiting), self.last.as_ref());
-        let (first, last) = (group.0.first()?.0, group.0.last()?.0);
-        let is_key = first >= self.key_due;
-        let mut writer = Writer::default();
-        if is_key {
-            self.key_due = first + KEY_INTERVAL;
-            if let Some(next) = self.next.take() {
-                self.tables = next;
-                self.epoch = self.epoch.wrapping_add(1);
-            }
-            let fit = fitting(&self.tables, self.firsts.iter(), self.laters.iter());
-            self.next = Some(fit).filter(|fit| *fit != self.tables && self.firsts.len() > 4);
-            Key { session: self.session, tables: self.tables, next: self.next }.put(&mut writer);
+    /// The packet of the frames that are still waiting, if any are; several where they do not fit into one.
+    pub fn flush(&mut self) -> Vec<Packet> {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        let mut ready = Vec::new();
+        while let Some((first, _)) = waiting.first() {
+            let key = (*first >= self.key_due).then(|| self.key(*first));
+            let mut count = waiting.len();
+            let (group, content) = loop {
+                let group = Group::of(&waiting[..count], self.last.as_ref());
+                let mut writer = Writer::default();
+                if let Some(key) = &key {
+                    key.put(&mut writer);
+                }
+                group.put(&self.tables, self.session.interval(), &mut writer);
+                let content = writer.finish();
+                // One frame always fits.
+                if content.len() <= MOST_CONTENT || count == 1 {
+                    break (group, content);
+                }
+                count /= 2;
+            };
+            waiting.drain(..count);
+            self.remember(&group);
+            let last = group.0.last().map_or(0, |(time, _)| *time);
+            let bytes = self.close(key.is_some(), false, group.0[0].0 as u32, &content);
+            ready.push(Packet { time: Timestamp(last * TICK), bytes });
         }
-        group.put(&self.tables, self.session.interval(), &mut writer);
-        self.remember(&group);
-        let header = Header {
-            key: is_key,
-            sealed: false,
-            end: false,
-            epoch: self.epoch,
-            tag: [0; 2],
-            sequence: self.sequence,
-            time: first as u32,
-        };
-        self.sequence = self.sequence.wrapping_add(1);
-        let bytes = self.envelope.close(header, &writer.finish());
-        Some(Packet { time: Timestamp(last * TICK), bytes })
+        ready
+    }
+
+    /// What a key at `time` says. The tables that the last one announced are used from here on.
+    fn key(&mut self, time: i64) -> Key {
+        self.key_due = time + KEY_INTERVAL;
+        if let Some(next) = self.next.take() {
+            self.tables = next;
+            self.epoch = self.epoch.wrapping_add(1);
+        }
+        let fit = fitting(&self.tables, &self.firsts.iter(), &self.laters.iter());
+        self.next = Some(fit).filter(|fit| *fit != self.tables && self.firsts.len() >= FEWEST);
+        Key { session: self.session, tables: self.tables, next: self.next }
+    }
+
+    fn close(&mut self, key: bool, end: bool, time: u32, content: &[u8]) -> Vec<u8> {
+        let (sequence, epoch) = (self.sequence, self.epoch);
+        self.sequence = sequence.wrapping_add(1);
+        let header = Header { key, sealed: false, end, epoch, tag: [0; 2], sequence, time };
+        self.envelope.close(header, content)
     }
 
     /// Says that nothing follows. Where packets may be lost, it is said more than once.
     pub fn end(&mut self, time: Timestamp) -> Packet {
-        let header = Header {
-            key: false,
-            sealed: false,
-            end: true,
-            epoch: self.epoch,
-            tag: [0; 2],
-            sequence: self.sequence,
-            time: (time.0 / TICK) as u32,
-        };
-        self.sequence = self.sequence.wrapping_add(1);
-        Packet { time, bytes: self.envelope.close(header, &[]) }
+        let bytes = self.close(false, true, (time.0 / TICK) as u32, &[]);
+        Packet { time, bytes }
     }
 
     fn remember(&mut self, group: &Group) {

@@ -319,7 +319,9 @@ mod tests {
         ] {
             let mut writer = Writer::default();
             let many = || values.into_iter().cycle().take(1000);
-            many().for_each(|value| writer.value(value, shape));
+            for value in many() {
+                writer.value(value, shape);
+            }
             let (told, cost) = (Tally::of(many()).bits(shape), writer.finish().len() as u64 * 8);
             assert!(told.abs_diff(cost) < 20 + cost / 100, "{told} bits foretold, {cost} needed");
         }
@@ -342,7 +344,9 @@ mod tests {
         }
         let shape = Shape { zero: 1, size: 6 };
         let mut writer = Writer::default();
-        values.iter().for_each(|value| writer.value(*value, shape));
+        for value in &values {
+            writer.value(*value, shape);
+        }
         let bits = writer.finish().len() as f64 * 8.0 / values.len() as f64;
         // −Σ p log₂ p of ¼·(¾)ᵏ, and a sign for three of four.
         let entropy = (0..200).map(|k| 0.25 * 0.75_f64.powi(k)).map(|p| -p * p.log2()).sum::<f64>() + 0.75;
@@ -360,7 +364,9 @@ mod tests {
             for (value, zero, size) in &values {
                 writer.value(*value, Shape { zero: *zero, size: *size });
             }
-            choices.iter().for_each(|choice| writer.choice(*choice, &mut tree));
+            for choice in &choices {
+                writer.choice(*choice, &mut tree);
+            }
             writer.bits(0xabcd, 16);
             let bytes = writer.finish();
             let mut reader = Reader::new(&bytes).unwrap();

@@ -79,7 +79,7 @@ impl WireFile {
         let (mut timeline, mut ignored, mut ended) = (Timeline::default(), None, false);
         for packet in &self.packets {
             match decoder.receive(packet, Timestamp(0)) {
-                Ok(Received::Frames(frames)) => frames.into_iter().for_each(|frame| timeline.add(frame)),
+                Ok(Received::Frames(frames)) => timeline.extend(frames),
                 Ok(Received::End) => ended = true,
                 Err(reason) => {
                     let (count, first) = ignored.unwrap_or((0, reason));

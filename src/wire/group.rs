@@ -34,7 +34,7 @@ impl Group {
             let levels = &self.0[place].1;
             let between = told.between(place, &self.0);
             for (k, channel) in tables.iter().enumerate() {
-                let (about, shape) = expected(k, channel, levels, &between);
+                let (about, shape) = expected(k, *channel, levels, &between);
                 writer.value(levels[k] - about, shape);
             }
         }
@@ -70,7 +70,7 @@ impl Group {
             let between = told.between(place, &group.0);
             let levels = &mut group.0[place].1;
             for (k, channel) in tables.iter().enumerate() {
-                let (about, shape) = expected(k, channel, levels, &between);
+                let (about, shape) = expected(k, *channel, levels, &between);
                 let told = i64::from(about) + i64::from(reader.value(shape)?);
                 let told = i32::try_from(told).ok().filter(|level| level.abs() <= MOST_LEVEL);
                 levels[k] = told.ok_or(Damaged)?;
@@ -134,7 +134,7 @@ fn order(count: usize) -> Vec<(usize, Told)> {
 }
 
 /// About which level a channel's lies, and how. Of `levels` only those before it are looked at.
-fn expected(k: usize, channel: &Channel, levels: &Levels, about: &About) -> (i32, Shape) {
+fn expected(k: usize, channel: Channel, levels: &Levels, about: &About) -> (i32, Shape) {
     let [first, later] = channel.shapes();
     match (about, twin(k, channel)) {
         (About::Centres, None) => (channel.centre, first),

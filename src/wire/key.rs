@@ -78,8 +78,10 @@ impl SecretKey {
                 remedy: "Name a place that can keep a file to its owner",
             })?;
         }
-        let line: String = self.0.iter().map(|byte| format!("{byte:02x}")).collect();
-        draft.append(format!("{line}\n").as_bytes())?;
+        for byte in &self.0 {
+            draft.append(format!("{byte:02x}").as_bytes())?;
+        }
+        draft.append(b"\n")?;
         Ok(draft.commit()?)
     }
 }

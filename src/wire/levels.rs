@@ -168,7 +168,8 @@ mod tests {
         let basis = MuscleBasis::arkit();
         let reach = |name: &str| {
             let vectors = &basis.elements[basis.index(name).unwrap()].vectors;
-            (vectors.iter().map(|v| v.norm_squared()).sum::<f64>() / vectors.len() as f64).sqrt() * 1000.0
+            (vectors.iter().map(nalgebra::Matrix::norm_squared).sum::<f64>() / vectors.len() as f64).sqrt()
+                * 1000.0
         };
         assert_eq!(FaceBasis::own(basis).count(), MUSCLE_COUNT);
         for (name, table) in ARKIT_SHAPES.iter().zip(REACH) {
@@ -219,7 +220,9 @@ mod tests {
             frame.head.shift.copy_from_slice(&values[HEAD + 3..]);
             frame.state = STATES[state];
             let mut states = AppearanceStates::default();
-            Region::ALL.into_iter().zip(&skin).for_each(|(region, state)| states.set(region, *state));
+            for (region, state) in Region::ALL.into_iter().zip(&skin) {
+                states.set(region, *state);
+            }
             frame.appearance = Some(states);
             let quantiser = Quantiser::new(precision);
             let levels = levels_after(&quantiser.steps(&frame), None);

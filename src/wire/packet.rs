@@ -275,7 +275,9 @@ mod tests {
         let key: [u8; 32] = std::array::from_fn(|k| 0x80 + k as u8);
         let cipher = XChaCha20Poly1305::new((&key).into());
         let mut nonce = XNonce::default();
-        nonce.iter_mut().zip(0x40_u8..0x58).for_each(|(to, byte)| *to = byte);
+        for (to, byte) in nonce.iter_mut().zip(0x40_u8..0x58) {
+            *to = byte;
+        }
         let aad = [0x50, 0x51, 0x52, 0x53, 0xc0, 0xc1, 0xc2, 0xc3, 0xc4, 0xc5, 0xc6, 0xc7];
         let mut text =
             *b"Ladies and Gentlemen of the class of '99: If I could offer you only one tip for the \

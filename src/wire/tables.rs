@@ -57,7 +57,7 @@ impl Channel {
     }
 
     /// Of a packet's first frame, and of its last.
-    pub fn shapes(&self) -> [Shape; 2] {
+    pub fn shapes(self) -> [Shape; 2] {
         FORMS[usize::from(self.form)]
     }
 }
@@ -93,7 +93,7 @@ static TWINS: LazyLock<[Option<usize>; CHANNEL_COUNT]> = LazyLock::new(|| {
 });
 
 /// The channel with which `k` goes, where it has one and `channel` says so.
-pub fn twin(k: usize, channel: &Channel) -> Option<usize> {
+pub fn twin(k: usize, channel: Channel) -> Option<usize> {
     TWINS[k].filter(|_| channel.twin)
 }
 
@@ -159,7 +159,7 @@ struct ChannelOdds {
 }
 
 impl ChannelOdds {
-    fn put(&mut self, writer: &mut Writer, k: usize, channel: &Channel) {
+    fn put(&mut self, writer: &mut Writer, k: usize, channel: Channel) {
         writer.choice(channel.form, &mut self.form);
         if TWINS[k].is_some() {
             writer.learnt(channel.twin, &mut self.twin);
@@ -191,7 +191,7 @@ impl Key {
         self.session.put(writer);
         let mut odds = ChannelOdds::default();
         for (k, channel) in self.tables.iter().enumerate() {
-            odds.put(writer, k, channel);
+            odds.put(writer, k, *channel);
         }
         writer.bits(u32::from(self.next.is_some()), 1);
         let Some(next) = &self.next else { return };
@@ -199,7 +199,7 @@ impl Key {
         for (k, (channel, next)) in self.tables.iter().zip(next).enumerate() {
             writer.learnt(channel != next, &mut changes);
             if channel != next {
-                odds.put(writer, k, next);
+                odds.put(writer, k, *next);
             }
         }
     }
@@ -233,8 +233,8 @@ impl Key {
 /// table still fits keeps it.
 pub fn fitting<'a>(
     old: &Tables,
-    firsts: impl Iterator<Item = &'a Levels> + Clone,
-    steps: impl Iterator<Item = &'a Levels> + Clone,
+    firsts: &(impl Iterator<Item = &'a Levels> + Clone),
+    steps: &(impl Iterator<Item = &'a Levels> + Clone),
 ) -> Tables {
     let mut sorted = Vec::new();
     std::array::from_fn(|k| {
@@ -242,7 +242,7 @@ pub fn fitting<'a>(
         sorted.extend(firsts.clone().map(|levels| levels[k]));
         sorted.sort_unstable();
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
-        let tallies = |channel: &Channel| {
+        let tallies = |channel: Channel| {
             let left = |levels: &Levels| twin(k, channel).map_or(0, |twin| levels[twin]);
             [
                 Tally::of(firsts.clone().map(|levels| levels[k] - left(levels) - channel.centre)),
@@ -253,11 +253,11 @@ pub fn fitting<'a>(
             tallies.iter().zip(FORMS[usize::from(form)]).map(|(tally, shape)| tally.bits(shape)).sum()
         };
         let mut best = old[k];
-        let mut least = bits(&tallies(&best), best.form);
+        let mut least = bits(&tallies(best), best.form);
         let mut news = NEWS;
         let about = [(old[k].centre, false), (median, false), (0, true)];
         for (centre, twin) in about.into_iter().filter(|(_, twin)| !twin || TWINS[k].is_some()) {
-            let tallies = tallies(&Channel { centre, twin, form: 0 });
+            let tallies = tallies(Channel { centre, twin, form: 0 });
             for form in 0..FORMS.len() as u8 {
                 let bits = bits(&tallies, form);
                 if bits + news < least {
@@ -339,12 +339,12 @@ mod tests {
             firsts.push(levels);
         }
         let steps = vec![[0; CHANNEL_COUNT]; 200];
-        let fit = fitting(&FIRST_TABLES, firsts.iter(), steps.iter());
+        let fit = fitting(&FIRST_TABLES, &firsts.iter(), &steps.iter());
         assert!((100..117).contains(&fit[0].centre) && !fit[0].twin, "{:?}", fit[0]);
         assert_eq!(fit[right], Channel { centre: 0, twin: true, form: 0 });
         assert_eq!(fit[1].centre, 0);
         assert!((1..4).contains(&fit[1].form), "{:?}", fit[1]);
         assert_eq!(fit[2], Channel::of(0));
-        assert_eq!(fitting(&fit, firsts.iter(), steps.iter()), fit);
+        assert_eq!(fitting(&fit, &firsts.iter(), &steps.iter()), fit);
     }
 }

@@ -50,7 +50,7 @@ fn play(decoder: &mut Decoder, packets: &[Vec<u8>]) -> Vec<WireFrame> {
     let mut timeline = Timeline::default();
     for packet in packets {
         if let Ok(Received::Frames(frames)) = decoder.receive(packet, Timestamp(0)) {
-            frames.into_iter().for_each(|frame| timeline.add(frame));
+            timeline.extend(frames);
         }
     }
     timeline.frames().to_vec()
@@ -86,15 +86,21 @@ fn what_is_sent_arrives() {
 #[test]
 fn a_still_face_costs_its_envelopes_and_skin_that_is_not_told_nothing() {
     let mut still: Vec<_> = act(1).into_iter().cycle().take(600).collect();
-    (0..).zip(&mut still).for_each(|(k, frame)| frame.time = RATE.tick(k));
+    for (k, frame) in (0..).zip(&mut still) {
+        frame.time = RATE.tick(k);
+    }
     let size = |frames: &[WireFrame]| packets(frames, false).iter().map(Vec::len).sum::<usize>();
     let quiet = size(&still);
     let envelopes = 600 / EACH * (HEADER_BYTES + 4);
     assert!(quiet < envelopes + 3500, "{quiet} bytes, {envelopes} of them envelopes");
     // Skin that is told and does not change costs little more.
     let mut skin = AppearanceStates::default();
-    Region::ALL.into_iter().for_each(|region| skin.set(region, Some(0.4)));
-    still.iter_mut().for_each(|frame| frame.appearance = Some(skin));
+    for region in Region::ALL {
+        skin.set(region, Some(0.4));
+    }
+    for frame in &mut still {
+        frame.appearance = Some(skin);
+    }
     let told = size(&still);
     println!("{quiet} bytes still, {told} with skin, {envelopes} of envelopes");
     assert!(told < quiet + 1200, "{told} bytes where {quiet} were");
@@ -290,7 +296,7 @@ proptest! {
                 }
             }
             if let Ok(Received::Frames(frames)) = decoder.receive(packet, Timestamp(0)) {
-                frames.into_iter().for_each(|frame| got.add(frame));
+                got.extend(frames);
             }
         }
         prop_assert!(got.frames() == whole);
@@ -306,12 +312,12 @@ proptest! {
         let mut frames = Vec::new();
         for (milliseconds, value) in &steps {
             let mut frame = WireFrame::neutral(Timestamp(now));
-            frame.contractions.iter_mut().for_each(|to| *to = value.unwrap_or(0.0));
+            frame.contractions.fill(value.unwrap_or(0.0));
             frame.head.shift[1] = value.unwrap_or(0.0);
             frames.push(frame);
             now += milliseconds * 1_000_000;
         }
-        let options = EncoderOptions { frames_per_packet, precision, ..options(false) };
+        let options = EncoderOptions { precision, frames_per_packet, ..options(false) };
         let packets = encode_take(&frames, &options, 1).unwrap();
         let packets: Vec<_> = packets.into_iter().map(|packet| packet.bytes).collect();
         prop_assert!(packets.iter().all(|packet| packet.len() <= MOST_PACKET));

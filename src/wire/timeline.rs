@@ -94,6 +94,14 @@ impl Timeline {
     }
 }
 
+impl Extend<WireFrame> for Timeline {
+    fn extend<T: IntoIterator<Item = WireFrame>>(&mut self, frames: T) {
+        for frame in frames {
+            self.add(frame);
+        }
+    }
+}
+
 fn seconds(from: Timestamp, to: Timestamp) -> f64 {
     (to.0.saturating_sub(from.0)) as f64 * 1e-9
 }

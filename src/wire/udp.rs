@@ -163,7 +163,7 @@ impl Listener {
                 }
                 Ok(Received::Frames(frames)) => {
                     first = first.or(Some(now));
-                    frames.into_iter().for_each(|frame| collected.timeline.add(frame));
+                    collected.timeline.extend(frames);
                     progress(collected.timeline.frames().len() as u64);
                 }
             }
