@@ -8,6 +8,9 @@ use super::{
     template::Template,
 };
 
+/// A look halfway between two templates is half of their gap away from both, and noise comes on top.
+const BETWEEN: f32 = 0.75;
+
 /// The templates of one region, neutral first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Classifier {
@@ -32,7 +35,8 @@ pub struct Match {
 }
 
 impl Classifier {
-    /// `coefficients` of 3 to 6 looks, neutral first; `reach` is the score up to which samples are believed. `None` where two
+    /// `coefficients` of 3 to 6 looks, neutral first; `reach` is the score up to which samples are believed, at
+    /// least three quarters of the widest gap between neighbours. `None` where two
     /// neighbours are the same look, or their number is another.
     pub fn new(coefficients: &[Grid], reach: f32) -> Option<Self> {
         let templates: Vec<Template> = coefficients.iter().map(Template::new).collect();
@@ -40,7 +44,8 @@ impl Classifier {
             let (a, b) = (&templates[at], &templates[at + 1]);
             f32::midpoint(a.score(&coefficients[at + 1]), b.score(&coefficients[at]))
         };
-        let gaps = (1..templates.len()).map(|at| gap(at - 1)).collect();
+        let gaps: Vec<f32> = (1..templates.len()).map(|at| gap(at - 1)).collect();
+        let reach = gaps.iter().fold(reach, |reach, gap| reach.max(BETWEEN * gap));
         let made = Self { templates, gaps, reach };
         made.is_sound().then_some(made)
     }
@@ -148,7 +153,7 @@ mod tests {
     fn too_few_or_equal_looks_are_refused() {
         assert!(Classifier::new(&[look(0.0), look(1.0)], 1.0).is_none());
         assert!(Classifier::new(&[look(0.0), look(0.0), look(1.0)], 1.0).is_none());
-        assert!(Classifier::new(&[look(0.0), look(1.0), look(2.0)], f32::NAN).is_none());
+        assert!(Classifier::new(&[look(0.0), look(1.0), look(2.0)], f32::INFINITY).is_none());
     }
 
     proptest! {

@@ -107,7 +107,9 @@ mod tests {
     #[test]
     fn scales_hold_1_3_12_48_and_192_coefficients() {
         let mut counts = [0; SCALES];
-        (0..COUNT).for_each(|at| counts[scale_of(at)] += 1);
+        for at in 0..COUNT {
+            counts[scale_of(at)] += 1;
+        }
         assert_eq!(counts, [1, 3, 12, 48, 192]);
     }
 

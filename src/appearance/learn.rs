@@ -129,6 +129,7 @@ pub fn learn_from(chosen: &[usize], looks: &[Look]) -> Option<Lesson> {
         let score = |other: usize| template.score(&looks[other].coefficients);
         around.sort_by(|&a, &b| score(a).total_cmp(&score(b)).then(a.cmp(&b)));
         around.truncate(AVERAGED);
+        around.sort_unstable();
         Stage { coefficients: mean(looks, &around), looks: around }
     };
     finish(chosen.iter().map(stage).collect(), looks)
@@ -196,6 +197,7 @@ fn between(looks: &[Look], first: Stage, last: Stage) -> Vec<Stage> {
                 let mut near: Vec<usize> = (0..looks.len()).filter(fits).collect();
                 near.sort_by(|&a, &b| off(a).total_cmp(&off(b)).then(a.cmp(&b)));
                 near.truncate(MOST_AVERAGED);
+                near.sort_unstable();
                 (near.len() >= AVERAGED).then(|| Stage { coefficients: mean(looks, &near), looks: near })
             })
             .collect()
@@ -253,4 +255,75 @@ fn quantile(mut values: Vec<f32>, share: f32) -> f32 {
 
 fn dot(a: &Grid, b: &Grid) -> f32 {
     (1..COUNT).map(|at| a[at] * b[at]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A look of which `state` of the wrinkle shows, beside what differs from frame to frame.
+    fn look(frame: u64, cue: f32, state: f32, hand: bool) -> Look {
+        let noise = |at: usize| 0.05 * ((frame as usize * 7919 + at * 104_729) as f32).sin();
+        let mut coefficients: Grid = std::array::from_fn(|at| noise(at) + 2.0 / (1.0 + at as f32));
+        for at in [2, 3, 18, 35] {
+            coefficients[at] += 4.0 * state;
+        }
+        if hand {
+            // Somewhere else in every frame.
+            coefficients[1 + frame as usize % 60] += 12.0;
+        }
+        Look { take: 0, frame, cue, neutral: frame < 20, coefficients, relief: 0.02 + 0.05 * state }
+    }
+
+    /// Neutral, a rise and a fall; a hand passes while nothing contracts.
+    fn take(cue: impl Fn(f32) -> f32, state: impl Fn(f32) -> f32) -> Vec<Look> {
+        let strength = |frame: u64| (1.0 - (frame as f32 - 90.0).abs() / 50.0).clamp(0.0, 1.0);
+        let frame = |at: u64| {
+            let strength = strength(at);
+            look(at, cue(strength), state(strength), (30..38).contains(&at))
+        };
+        (0..180).map(frame).collect()
+    }
+
+    #[test]
+    fn neutral_extreme_and_between_are_found_and_the_hand_is_not() {
+        let looks = take(|s| s, |s| s);
+        let lesson = learn(Region::Forehead, &looks).unwrap();
+        let layers = lesson.stages.len();
+        assert!(layers >= 4, "{layers}");
+        for (at, stage) in lesson.stages.iter().enumerate() {
+            assert!(!stage.looks.is_empty());
+            for &chosen in &stage.looks {
+                let wanted = at as f32 / (layers - 1) as f32;
+                assert!((looks[chosen].cue - wanted).abs() < 0.2, "{at}: {}", looks[chosen].cue);
+                assert!(!(30..38).contains(&looks[chosen].frame));
+            }
+        }
+        // Every look is within reach but the hand's.
+        let nearest = |look: &Look| {
+            lesson.classifier.templates().iter().map(|t| t.score(&look.coefficients)).fold(f32::MAX, f32::min)
+        };
+        let within = |look: &&Look| nearest(look) <= lesson.classifier.reach();
+        assert!(looks.iter().filter(within).all(|look| !(30..38).contains(&look.frame)));
+        assert!(looks.iter().filter(within).count() > 160);
+    }
+
+    #[test]
+    fn what_was_not_performed_or_changes_nothing_is_said() {
+        assert_eq!(learn(Region::Chin, &take(|s| s, |s| s)[..5]), Err(Unlearnt::Unseen(5)));
+        assert!(matches!(
+            learn(Region::Chin, &take(|s| 0.1 * s, |s| s)),
+            Err(Unlearnt::NotPerformed(rise)) if rise < 0.11
+        ));
+        assert_eq!(learn(Region::Chin, &take(|s| s, |_| 0.0)), Err(Unlearnt::NoChange));
+    }
+
+    #[test]
+    fn frames_that_a_person_names_are_layers_in_their_order() {
+        let looks = take(|_| 0.0, |s| s);
+        let lesson = learn_from(&[10, 65, 90], &looks).unwrap();
+        assert_eq!(lesson.stages.len(), 3);
+        assert!(lesson.stages[2].looks.contains(&90) && lesson.stages[2].looks.len() == 4);
+        assert!(learn_from(&[10, 65], &looks).is_none());
+    }
 }

@@ -75,7 +75,9 @@ fn normalise(grid: &mut Grid) {
     // A black sample has neither.
     let least = (LEAST_CONTRAST * mean).max(1e-3);
     let scale = 1.0 / (variance + least * least).sqrt();
-    grid.iter_mut().for_each(|value| *value = (*value - mean) * scale);
+    for value in grid {
+        *value = (*value - mean) * scale;
+    }
 }
 
 #[cfg(test)]

@@ -210,7 +210,10 @@ fn lesson(
     }
     let place = |&(take, number): &(u16, u64)| {
         looks.iter().position(|look| look.take == take && look.frame == number).ok_or_else(|| {
-            wrong(format!("it is not seen well in frame {number} of take {}", u32::from(take) + 1))
+            let of_take = looks.iter().filter(|look| look.take == take).map(|look| look.frame);
+            let nearest = of_take.min_by_key(|frame| frame.abs_diff(number));
+            let instead = nearest.map_or(String::new(), |frame| format!(", in frame {frame} it is"));
+            wrong(format!("it is not seen well in frame {number} of take {}{instead}", u32::from(take) + 1))
         })
     };
     let chosen = choice.iter().map(place).collect::<Result<Vec<_>, _>>()?;
