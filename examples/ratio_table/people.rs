@@ -43,7 +43,7 @@ impl Person {
             let face = &photo.landmarks;
             let corners = [index::MOUTH_RIGHT, index::MOUTH_LEFT].map(|corner| face.pixel(corner));
             let apart = (corners[0] - corners[1]).norm();
-            let up = face.pixel(index::NOSE_BRIDGE).y - (corners[0].y + corners[1].y) / 2.0;
+            let up = face.pixel(index::NOSE_BRIDGE).y - f64::midpoint(corners[0].y, corners[1].y);
             Vector2::new(apart, up) / face.outer_canthal_distance()
         };
         (at(&self.smiling) - at(&self.neutral)).norm()
@@ -75,5 +75,5 @@ pub fn read(
 
 /// Landmarks as pixels.
 pub fn pixels(landmarks: &Landmarks) -> Vec<Vector2<f64>> {
-    landmarks.points.iter().map(|point| point.xy()).collect()
+    (0..landmarks.points.len()).map(|landmark| landmarks.pixel(landmark)).collect()
 }

@@ -2,23 +2,21 @@
 
 use std::{error::Error, path::Path};
 
-use image::{DynamicImage, RgbaImage, codecs::jpeg::JpegEncoder, imageops};
+use image::{DynamicImage, RgbImage, RgbaImage, codecs::jpeg::JpegEncoder, imageops};
 use nalgebra::Point3;
 use understudy::{
-    appearance::{FaceFrame, FaceImage, RatioFilter, RatioImage},
+    appearance::{FRAME_SIZE, FaceFrame, FaceImage, RatioFilter, RatioImage},
     tracking::SKIN_LANDMARK_COUNT,
     view::contact_sheet,
 };
 
 use super::people::{Person, Photo, pixels};
 
-/// What is shown of a frame: left, top, pixels across and down.
-const SHOWN: [u32; 4] = [24, 190, 464, 340];
-/// Pixels across and down of each cell.
-const CELL: [u32; 2] = [232, 170];
+/// Pixels across of each face.
+const WIDTH: u32 = 224;
 const QUALITY: u8 = 85;
-/// More than errs least: what is wanted is the look.
-const GAIN: f32 = 1.5;
+/// As strong as the donor's: what is wanted is the look and not the least error.
+const GAIN: f32 = 1.0;
 
 /// Writes the sheet. `pairs` are `donor:receiver`.
 pub fn write(
@@ -80,8 +78,8 @@ fn carried(ratio: &RatioImage, shape: &FaceFrame, frame: &FaceFrame) -> RatioIma
 }
 
 fn shown(face: &FaceImage) -> RgbaImage {
-    let [left, top, width, height] = SHOWN;
-    let part = imageops::crop_imm(&face.picture(), left, top, width, height).to_image();
-    let small = imageops::resize(&part, CELL[0], CELL[1], imageops::FilterType::Triangle);
+    let picture: RgbImage = face.picture();
+    let height = WIDTH * FRAME_SIZE[1] as u32 / FRAME_SIZE[0] as u32;
+    let small = imageops::resize(&picture, WIDTH, height, imageops::FilterType::Triangle);
     DynamicImage::from(small).into_rgba8()
 }
