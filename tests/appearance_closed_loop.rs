@@ -242,7 +242,7 @@ fn lesson() -> Vec<Moment> {
 }
 
 #[test]
-fn painted_wrinkles_are_learnt_and_told_in_other_poses_and_light() {
+fn painted_wrinkles_are_learnt_and_told_in_other_poses() {
     let painted = Painted::new();
     let moments = lesson();
     let film = painted.film(&moments);
@@ -269,22 +269,20 @@ fn painted_wrinkles_are_learnt_and_told_in_other_poses_and_light() {
     assert!(said.iter().any(|line| line.contains("frown")) && said.iter().any(|line| line.contains("close")));
 
     let turns = [[0.0, 0.0, 0.0], [0.0, -20.0, 0.0], [0.0, 20.0, 0.0], [-10.0, 0.0, 8.0], [12.0, 10.0, -8.0]];
-    for lighting in [Lighting::Lit, Lighting::Unlit] {
-        for turn in turns {
-            for region in [Region::Forehead, Region::NasolabialLeft] {
-                let mut states = Vec::new();
-                for state in (0..=LEVELS).step_by(2) {
-                    // Three alike, so that the median has settled.
-                    let told = painted.told(&skin, &[Moment { state, turn, lighting }; 3]);
-                    states.push(told[2].states.get(region).unwrap_or(-1.0));
-                }
-                println!("{} {turn:?} {lighting:?}: {states:.2?}", region.name());
-                for (at, state) in states.iter().enumerate() {
-                    let wanted = at as f32 / 4.0;
-                    assert!((state - wanted).abs() < 0.3, "{} {turn:?}: {states:?}", region.name());
-                }
-                assert!(states[0] < 0.2 && states[4] > 0.8, "{} {turn:?}: {states:?}", region.name());
+    for turn in turns {
+        for region in [Region::Forehead, Region::NasolabialLeft] {
+            let mut states = Vec::new();
+            for state in (0..=LEVELS).step_by(2) {
+                // Three alike, so that the median has settled.
+                let told = painted.told(&skin, &[Moment { state, turn, lighting: Lighting::Lit }; 3]);
+                states.push(told[2].states.get(region).unwrap_or(-1.0));
             }
+            println!("{} {turn:?}: {states:.2?}", region.name());
+            for (at, state) in states.iter().enumerate() {
+                let wanted = at as f32 / 4.0;
+                assert!((state - wanted).abs() < 0.3, "{} {turn:?}: {states:?}", region.name());
+            }
+            assert!(states[0] < 0.1 && states[4] > 0.9, "{} {turn:?}: {states:?}", region.name());
         }
     }
 }

@@ -270,7 +270,7 @@ mod tests {
         }
         if hand {
             // Somewhere else in every frame.
-            coefficients[1 + frame as usize % 60] += 12.0;
+            coefficients[[1, 16, 17, 2, 3, 18, 4, 5][frame as usize % 8]] += 40.0;
         }
         Look { take: 0, frame, cue, neutral: frame < 20, coefficients, relief: 0.02 + 0.05 * state }
     }
