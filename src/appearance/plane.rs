@@ -96,7 +96,7 @@ mod tests {
         }
         let blurred = blur_within(&values, &weights, 6.0);
         assert!((blurred[pixel(198, 250)] - 0.5).abs() < 1e-5);
-        assert_eq!(blurred[pixel(250, 250)], 0.0);
+        assert!(blurred[pixel(250, 250)].abs() < f32::EPSILON);
     }
 
     #[test]
@@ -104,8 +104,8 @@ mod tests {
         let ramp: Vec<f32> = places().map(|place| (place.x + 10.0 * place.y) as f32).collect();
         assert!((sample(&ramp, &Point2::new(30.25, 40.5)) - 435.25).abs() < 1e-3);
         assert!((sample(&ramp, &Point2::new(511.0, 575.0)) - 6261.0).abs() < 1e-3);
-        assert_eq!(sample(&ramp, &Point2::new(511.5, 3.0)), 0.0);
-        assert_eq!(sample(&ramp, &Point2::new(f64::NAN, 3.0)), 0.0);
+        assert!(sample(&ramp, &Point2::new(511.5, 3.0)).abs() < f32::EPSILON);
+        assert!(sample(&ramp, &Point2::new(f64::NAN, 3.0)).abs() < f32::EPSILON);
         assert_eq!(mirrored(pixel(100, 7)), Some(pixel(412, 7)));
         assert_eq!(mirrored(pixel(0, 7)), None);
     }

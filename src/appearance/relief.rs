@@ -91,7 +91,7 @@ mod tests {
         let garbage = |place: &Point2<f64>| [f32::NAN, f32::INFINITY, -9e9][place.x as usize % 3];
         let relief = Relief::new(garbage, |_| f32::NAN, &ReliefOptions::default());
         assert!(places().all(|place| relief.height(&place).abs() <= 0.4));
-        assert_eq!(slope.height(&Point2::new(-3.0, f64::NAN)), 0.0);
+        assert!(slope.height(&Point2::new(-3.0, f64::NAN)).abs() < f32::EPSILON);
     }
 
     #[test]
