@@ -127,7 +127,7 @@ impl Painted {
             Model::upload(&gpu, &mesh).unwrap()
         };
         let models = (0..=LEVELS).map(model).collect();
-        Self { performer, normals, models, gpu, face, frame }
+        Self { frame, performer, face, normals, models, gpu }
     }
 
     fn picture(&self, moment: Moment) -> Image {
