@@ -135,7 +135,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 target: &target,
                 rig: &rig,
                 head: HeadMode::Follow,
-                states: None,
+                skin: None,
             };
             films.push(film::track_again(&take, &animation, &face.level, &gpu, &assets, &mut networks)?);
         }

@@ -10,8 +10,8 @@ use understudy::{
     lift::FaceState,
     muscle::CurveEdits,
     pipeline::{
-        Animation, HeadMode, Motion, PipelineError, Stage, Target, VideoPlan, muscle_motor, preview_sheet,
-        write_motion,
+        Animation, HeadMode, Motion, PipelineError, SkinCurves, Stage, Target, VideoPlan, muscle_motor,
+        preview_sheet, write_motion,
     },
     rig::{DriveMode, Rig, TargetFace, WarpKind},
     view::{Gpu, Look, Smoothing, save_png},
@@ -227,12 +227,13 @@ impl Animate {
             HeadArg::Still => HeadMode::Still,
         };
         let rig = take.watch.time("build the rig", || self.rig(&take.motion, target, &face, library))?;
+        let relief = skin.map(|(worn, _)| worn.relief(target)).transpose()?.unwrap_or_default();
         let animation = Animation {
             motion: &take.motion,
             target,
             rig: &rig,
             head,
-            states: skin.map(|(_, states)| states),
+            skin: skin.map(|(_, states)| SkinCurves { states, relief: &relief }),
         };
         let ticks = animation.ticks().len() as u64;
         for (kind, path) in files {

@@ -206,7 +206,8 @@ impl Express {
             play = Box::new(SkinPlay { play, states, comes_and_goes });
         }
         let rate = self.fps.map_or(rate, FrameRate::nearest);
-        let take = PlayedTake { target: &target, play: play.as_ref(), rate };
+        let relief = skin.as_ref().map(|skin| skin.relief(&target)).transpose()?.unwrap_or_default();
+        let take = PlayedTake { target: &target, play: play.as_ref(), rate, relief: &relief };
         if let (Some(folder), Some(skin)) = (&self.bake, &skin) {
             let files = skin.bake(folder, &target)?;
             if !quiet {

@@ -161,7 +161,8 @@ impl Receive {
         if let Some(Scene { target, gpu }) = scene {
             let play = WirePlay::new(heard.timeline, heard.rate, &target, self.method.method())?;
             let level = *play.level();
-            let take = PlayedTake { target: &target, play: &play, rate: heard.rate };
+            let relief = skin.as_ref().map(|skin| skin.relief(&target)).transpose()?.unwrap_or_default();
+            let take = PlayedTake { target: &target, play: &play, rate: heard.rate, relief: &relief };
             write_take(&take, &level, self.size, &gpu, skin.as_ref(), &shown, quiet)?;
         }
         Ok(())

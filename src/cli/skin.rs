@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use understudy::{
     appearance::{AppearanceFrame, AppearanceStates, FaceFrame, Region, Skin, TextureVolume},
     assets::Assets,
-    pipeline::{LivingSkin, PipelineError, SharedFace, Target, bake_skin, classify_take},
+    pipeline::{LivingSkin, PipelineError, SharedFace, SkinRelief, Target, bake_skin, classify_take},
     view::{Gpu, SkinMode},
 };
 
@@ -95,6 +95,11 @@ impl WornSkin {
     /// The skin on a target.
     pub fn on(&self, gpu: &Gpu, target: &Target) -> Result<LivingSkin, PipelineError> {
         LivingSkin::new(gpu, target, &self.face, &self.volumes, self.mode, self.gain)
+    }
+
+    /// What of the skin moves a target's vertices.
+    pub fn relief(&self, target: &Target) -> Result<SkinRelief, PipelineError> {
+        SkinRelief::new(target, &self.face, &self.volumes, self.gain)
     }
 
     /// Writes the skin into a target's textures.

@@ -10,10 +10,10 @@ use super::{
     performer_view::PerformerView,
 };
 use crate::{
-    appearance::AppearanceStates,
     capture::FrameSource,
     export::{Mp4Settings, Mp4Writer, Pc2Writer, Sound},
     rig::{Bones, Rig},
+    scan::NormalSolver,
 };
 
 /// A solved take, a rigged target, and how the head is shown.
@@ -26,8 +26,8 @@ pub struct Animation<'a> {
     pub rig: &'a Rig,
     /// Whether outputs move the head.
     pub head: HeadMode,
-    /// The states of living skin, one for each frame of the take, if it is shown.
-    pub states: Option<&'a [AppearanceStates]>,
+    /// Living skin, one state for each frame of the take, if it is shown.
+    pub skin: Option<SkinCurves<'a>>,
 }
 
 /// A video to be written.
@@ -55,9 +55,17 @@ impl Animation<'_> {
         let mut frame = self.rig.new_frame();
         let mut placed = frame.positions.clone();
         let mut own = frame.positions.clone();
+        let mesh = &self.target.anatomy.mesh;
+        let solver = NormalSolver::new(&mesh.triangles, mesh.positions.len());
+        let mut normals = frame.positions.clone();
         for (done, index) in (1..).zip(self.ticks()) {
             watch.time("warp", || self.rig.pose(&self.motion.frames[index].expression, &mut frame))?;
             watch.time("write pc2", || {
+                let raised = self.skin.filter(|skin| !skin.relief.is_flat());
+                if let Some((skin, states)) = raised.and_then(|skin| Some((skin, skin.states.get(index)?))) {
+                    solver.update(&frame.positions, &mut normals);
+                    skin.relief.apply(states, &normals, &mut frame.positions);
+                }
                 self.head.place(&frame, &mut placed);
                 self.target.scan.to_own(&placed, &mut own);
                 writer.write_sample(&own)
@@ -72,8 +80,7 @@ impl Animation<'_> {
         watch.time("write glb", || {
             let moves = self.control_motion();
             let times: Vec<_> = self.motion.frames.iter().map(|frame| frame.timestamp).collect();
-            let skin = self.states.map(|states| SkinCurves { states });
-            write_take_glb(path, self.target, self.rig.warp(), &times, &moves, self.head, skin)
+            write_take_glb(path, self.target, self.rig.warp(), &times, &moves, self.head, self.skin)
         })
     }
 
@@ -119,7 +126,7 @@ impl Animation<'_> {
 
     /// Lets the stage show the skin of a frame.
     pub(super) fn show(&self, index: usize, stage: &mut Stage) {
-        if let Some(states) = self.states.and_then(|states| states.get(index)) {
+        if let Some(states) = self.skin.and_then(|skin| skin.states.get(index)) {
             stage.show(states);
         }
     }

@@ -5,13 +5,14 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::{
-    ControlMotion, HeadMode, PipelineError, Target,
+    ControlMotion, HeadMode, PipelineError, SkinRelief, Target,
     glb_parts::{AvatarParts, OwnMetres},
 };
 use crate::{
     appearance::{AppearanceStates, Region},
     capture::Timestamp,
     export::{GlbAvatar, NodeKey, compress, write_glb},
+    scan::NormalSolver,
     spline::Warp,
 };
 
@@ -34,6 +35,8 @@ pub struct GlbReport {
 pub struct SkinCurves<'a> {
     /// One for each of the take's times.
     pub states: &'a [AppearanceStates],
+    /// What of it moves vertices.
+    pub relief: &'a SkinRelief,
 }
 
 impl SkinCurves<'_> {
@@ -47,8 +50,8 @@ impl SkinCurves<'_> {
 }
 
 /// Writes the target with its motion at `times`, spread by `warp`. Axes are the scan's own, the unit is the metre, as glTF
-/// wants. The states of living skin become morph targets that move nothing, by the names of their curves: engines blend
-/// wrinkle maps by them.
+/// wants. The states of living skin become morph targets by the names of their curves, by which engines blend wrinkle maps;
+/// they move what the relief moves, often nothing.
 pub fn write_take_glb(
     path: &Path,
     target: &Target,
@@ -71,11 +74,18 @@ pub fn write_take_glb(
     let mut names: Vec<String> = (1..=shapes.len()).map(|i| format!("motion{i:02}")).collect();
     let mut weights: Vec<Vec<f32>> =
         basis.weights.row_iter().map(|row| row.iter().map(|&weight| weight as f32).collect()).collect();
-    for (region, curve) in skin.iter().flat_map(SkinCurves::curves) {
-        names.push(region.curve());
-        shapes.push(Vec::new());
-        for (row, state) in weights.iter_mut().zip(curve) {
-            row.push(state);
+    let normals = skin.map(|_| {
+        let mesh = &target.anatomy.mesh;
+        NormalSolver::once(&mesh.triangles, &mesh.positions_f32())
+    });
+    for (skin, normals) in skin.iter().zip(&normals) {
+        for (region, curve) in skin.curves() {
+            names.push(region.curve());
+            let raised = skin.relief.deltas(region, normals, warp.vertices());
+            shapes.push(raised.into_iter().map(|delta| export.vector(delta)).collect());
+            for (row, state) in weights.iter_mut().zip(curve) {
+                row.push(state);
+            }
         }
     }
     let heads: Vec<NodeKey> = moves.heads.iter().map(|head| export.key(head, &Point3::origin())).collect();

@@ -4,10 +4,10 @@ use std::{path::Path, sync::Arc};
 
 use nalgebra::Point3;
 
-use super::{PipelineError, Target, read_canonical_face, read_face_frame};
+use super::{PipelineError, SkinRelief, Target, read_canonical_face, read_face_frame};
 use crate::{
     anatomy::PartKind,
-    appearance::{FaceChart, FaceFrame, TextureVolume},
+    appearance::{AppearanceStates, FaceChart, FaceFrame, TextureVolume},
     scan::NormalSolver,
     view::{Gpu, LivingModel, SkinMode},
 };
@@ -43,6 +43,9 @@ impl SharedFace {
 /// Texture volumes on a target, for a [`Stage`](super::Stage) to show.
 pub struct LivingSkin {
     pub(super) model: LivingModel,
+    pub(super) relief: SkinRelief,
+    /// What is shown.
+    pub(super) states: AppearanceStates,
 }
 
 impl LivingSkin {
@@ -57,8 +60,9 @@ impl LivingSkin {
         gain: f32,
     ) -> Result<Self, PipelineError> {
         let chart = face.chart(target)?;
+        let relief = SkinRelief::of_chart(&target.anatomy.mesh, &face.frame, &chart, volumes, gain);
         let model = Arc::clone(target.avatar_model());
         let model = LivingModel::new(gpu, model, &face.frame, &chart, volumes, mode, gain)?;
-        Ok(Self { model })
+        Ok(Self { model, relief, states: AppearanceStates::default() })
     }
 }

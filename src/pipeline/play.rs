@@ -6,7 +6,7 @@ use image::RgbaImage;
 use nalgebra::{MatrixXx3, Vector3};
 
 use super::{
-    ControlMotion, GlbReport, HeadMode, PipelineError, Stage, Target,
+    ControlMotion, GlbReport, HeadMode, PipelineError, SkinRelief, Stage, Target,
     glb_take::{SkinCurves, write_take_glb},
 };
 use crate::{
@@ -59,6 +59,8 @@ pub struct PlayedTake<'a> {
     pub play: &'a dyn Play,
     /// Frames of films and motions.
     pub rate: FrameRate,
+    /// What of living skin moves vertices in a .glb.
+    pub relief: &'a SkinRelief,
 }
 
 impl PlayedTake<'_> {
@@ -127,7 +129,7 @@ impl PlayedTake<'_> {
             moves.heads.push(posed.head);
         }
         let states: Option<Vec<_>> = times.iter().map(|time| self.play.states(*time)).collect();
-        let skin = states.as_deref().map(|states| SkinCurves { states });
+        let skin = states.as_deref().map(|states| SkinCurves { states, relief: self.relief });
         write_take_glb(path, self.target, self.play.puppet().warp(), &times, &moves, self.play.head(), skin)
     }
 

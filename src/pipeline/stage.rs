@@ -107,14 +107,23 @@ impl Stage {
     pub fn show(&mut self, states: &AppearanceStates) {
         if let Some(skin) = &mut self.skin {
             skin.model.show(states);
+            skin.states = *states;
         }
     }
 
     /// Draws a frame and sends its picture on the way.
     pub fn submit(&mut self, frame: &AvatarFrame) -> Result<(), PipelineError> {
         self.solver.update(&frame.positions, &mut self.normals);
+        let raised = self.skin.as_ref().filter(|skin| !skin.relief.is_flat());
+        let raised = raised.map(|skin| {
+            let mut positions = frame.positions.clone();
+            skin.relief.apply(&skin.states, &self.normals, &mut positions);
+            self.solver.update(&positions, &mut self.normals);
+            positions
+        });
         let world: Matrix4<f64> = self.head.motion(&frame.head).to_homogeneous();
-        let (positions, normals, camera, look) = (&frame.positions, &self.normals, &self.camera, &self.look);
+        let positions = raised.as_ref().unwrap_or(&frame.positions);
+        let (normals, camera, look) = (&self.normals, &self.camera, &self.look);
         match &mut self.skin {
             Some(skin) => {
                 self.renderer.draw_living(&mut skin.model, positions, normals, &world, camera, look)?;
