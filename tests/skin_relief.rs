@@ -4,20 +4,20 @@
 
 use nalgebra::Point3;
 use understudy::{
-    appearance::{AppearanceStates, FRAME_SIZE, FaceChart, FaceFrame, Layer, Patch, Region, TextureVolume},
-    pipeline::SkinRelief,
+    appearance::{
+        AppearanceStates, FRAME_SIZE, FaceChart, FaceFrame, Layer, Patch, RatioFilter, RatioOptions, Region,
+        TextureVolume,
+    },
+    assets::Assets,
+    pipeline::{SkinRelief, read_face_frame},
     scan::Mesh,
 };
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// 468 points in 26 columns and 18 rows, as wide as a face is.
 fn frame() -> FaceFrame {
-    let point = |i: usize| Point3::new((i % 26) as f64 - 12.5, (i / 26) as f64 * -1.6 + 13.6, 0.0);
-    let cells = (0..17_u32).flat_map(|row| (0..25_u32).map(move |column| row * 26 + column));
-    let triangles: Vec<[u32; 3]> =
-        cells.flat_map(|at| [[at, at + 27, at + 1], [at, at + 26, at + 27]]).collect();
-    FaceFrame::new(&(0..468).map(point).collect::<Vec<_>>(), &triangles).unwrap()
+    let canonical = Assets::locate().unwrap().verified("canonical_face").unwrap();
+    read_face_frame(&canonical).unwrap()
 }
 
 /// A sheet over the whole frame with a vertex every `step` pixels.
@@ -40,10 +40,12 @@ fn sheet(step: usize) -> (Mesh, FaceChart) {
 /// A dark line across the middle of the region.
 fn furrow(region: Region, frame: &FaceFrame) -> (TextureVolume, f64) {
     let patch = Patch::of(region, frame);
+    // Ratios come masked.
+    let filter = RatioFilter::new(frame, RatioOptions::default());
     let middle = f64::from(patch.origin[1]) + f64::from(patch.size[1]) / 2.0;
     let layer = |depth: f32| {
         let dark = |y: f64| -depth * (-((y - middle) / 3.0).powi(2) / 2.0).exp() as f32;
-        let ratios: Vec<f32> = patch.places().map(|place| dark(place.y)).collect();
+        let ratios: Vec<f32> = patch.places().map(|place| dark(place.y) * filter.mask_at(&place)).collect();
         Layer::new(&ratios, vec![[128; 3]; ratios.len()])
     };
     (TextureVolume::new(region, patch, vec![layer(0.0), layer(0.1), layer(0.2)]).unwrap(), middle)
@@ -66,7 +68,7 @@ fn a_furrow_sinks_by_its_state_and_no_further_than_its_bound() {
     let whole = raised(&relief, &states, &mesh);
     let deepest = whole.iter().copied().fold(0.0, f32::min);
     let highest = whole.iter().copied().fold(0.0, f32::max);
-    assert!((-0.4..-0.05).contains(&deepest) && highest < 0.1, "{deepest} {highest}");
+    assert!((-0.4..-0.2).contains(&deepest) && highest < -deepest, "{deepest} {highest}");
     let lowest = whole.iter().position(|&z| z <= deepest).unwrap();
     assert!((f64::from(chart.places()[lowest][1]) - middle).abs() < 3.0);
     states.set(Region::Forehead, Some(0.5));
@@ -87,6 +89,7 @@ fn a_fold_that_two_regions_share_counts_once() {
     states.set(Region::Glabella, Some(1.0));
     let shown = raised(&relief, &states, &mesh);
     assert!(shown.iter().all(|z| z.abs() <= 0.4));
+    assert!(shown.iter().any(|z| *z < -0.3));
 }
 
 #[test]
