@@ -88,3 +88,35 @@ fn what_cannot_be_learnt_or_read_is_said() {
     refused(&["track", text(&clip), "-o", text(&motion), "--skin", text(&bad)], &[".appearance.csv"]);
     assert!(!table.exists());
 }
+
+/// A performer without a scan: their own face out of the clip, and its skin sent over the wire.
+#[test]
+fn a_clip_gives_an_avatar_that_wears_its_own_skin_at_the_far_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let clip = Assets::locate().unwrap().verified("single_face").unwrap();
+    let (skin, avatar, wire) = (at("me.skin"), at("face.obj"), at("take.uwire"));
+    let learn = ["learn-appearance", text(&clip), "-o", text(&skin), "--avatar", text(&avatar)];
+    let (refused, said) = understudy(&[&learn[..], &["--sheet", text(&at("face.png"))]].concat());
+    assert!(!refused && said.contains("texture"), "{said}");
+    let (done, said) = understudy(&learn);
+    assert!(done && said.contains("learnt nasolabial_left"), "{said}");
+    let mesh = understudy::scan::read_mesh(&avatar).unwrap();
+    assert_eq!(mesh.triangles.len(), 898 * 16);
+    assert!(mesh.materials[0].texture.is_some());
+
+    let (done, said) = understudy(&["send", text(&clip), "--skin", text(&skin), "-o", text(&wire)]);
+    assert!(done, "{said}");
+    let picture = |name: &str, more: &[&str]| {
+        let path = at(name);
+        let shown = ["receive", text(&wire), "--target", text(&avatar), "-o", text(&path)];
+        let (done, said) = understudy(&[&shown[..], more].concat());
+        assert!(done, "{said}");
+        image::open(&path).unwrap().to_rgb8()
+    };
+    let bare = picture("bare.png", &[]);
+    let worn = picture("worn.png", &["--skin", text(&skin), "--skin-mode", "own"]);
+    let apart = |(a, b): (&u8, &u8)| u64::from(a.abs_diff(*b));
+    let changed: u64 = bare.as_raw().iter().zip(worn.as_raw()).map(apart).sum();
+    assert!(changed > 100_000, "the skin changes the pictures by {changed}");
+}

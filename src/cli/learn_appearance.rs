@@ -27,8 +27,8 @@ Examples:
   understudy learn-appearance brows.mp4 smile.mp4 -o me.skin
   understudy learn-appearance faces.mp4 -o me.skin --use forehead=12,80,143 --use glabella=12,60,61,95
   understudy learn-appearance brows.mp4 smile.mp4 -o me.skin --edit me.toml
-  understudy learn-appearance faces.mp4 -o me.skin --avatar me.obj
-  understudy animate clip.mp4 --target me.obj --skin me.skin --skin-mode own -o avatar.mp4
+  understudy learn-appearance faces.mp4 -o me.skin --avatar face.obj
+  understudy animate clip.mp4 --target face.obj --skin me.skin --skin-mode own -o avatar.mp4
   understudy track clip.mp4 --skin me.skin -o take.appearance.csv
 
 Perform in even light, near the camera: raise your brows, frown, smile broadly with squinting eyes, wrinkle your nose, draw the
@@ -85,6 +85,12 @@ impl LearnAppearance {
         }
         if let Some(avatar) = self.avatar.as_deref().filter(|avatar| !is(avatar, "obj")) {
             return Err(format!("cannot write {}: name it .obj", avatar.display()).into());
+        }
+        if let (Some(avatar), Some(sheet)) = (&self.avatar, &self.sheet)
+            && avatar.with_extension("png") == *sheet
+        {
+            let (avatar, sheet) = (avatar.display(), sheet.display());
+            return Err(format!("{sheet} will be the texture of {avatar}: name one of them otherwise").into());
         }
         if !self.more.is_empty() && self.clip.names_neutral() {
             return Err("--neutral names a stretch of one take: learn from one take with it".into());
