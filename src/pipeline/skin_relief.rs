@@ -89,15 +89,19 @@ impl SkinRelief {
         let shown =
             self.regions.iter().map(|(region, heights)| (states.get(*region).unwrap_or(0.0), heights));
         let shown: Vec<_> = shown.filter(|(state, _)| *state > 0.0).collect();
+        let raised = |at: usize, vertex: u32| {
+            let (state, heights) = shown[at];
+            let there = heights.binary_search_by_key(&vertex, |(vertex, _)| *vertex);
+            there.map_or(0.0, |place| heights[place].1 * state)
+        };
         for (at, (state, heights)) in shown.iter().enumerate() {
             for &(vertex, height) in *heights {
                 let height = height * state;
-                let beats = |(other, (state, heights)): (usize, &(f32, &Vec<(u32, f32)>))| {
-                    let there = heights.binary_search_by_key(&vertex, |(vertex, _)| *vertex);
-                    let rival = there.map_or(0.0, |place| (heights[place].1 * state).abs());
+                let beats = |other: usize| {
+                    let rival = raised(other, vertex).abs();
                     other == at || height.abs() > rival || (height.abs() >= rival && at < other)
                 };
-                if shown.iter().enumerate().all(beats) {
+                if (0..shown.len()).all(beats) {
                     let normal = normals[vertex as usize];
                     (0..3).for_each(|axis| positions[vertex as usize][axis] += normal[axis] * height);
                 }
