@@ -4,20 +4,21 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark without its assets has nothing to measure")]
 
+#[path = "../examples/shared/stand.rs"]
+mod stand;
+
 use std::{collections::BTreeMap, sync::LazyLock};
 
 use divan::{Bencher, bench, black_box};
 use nalgebra::{Point3, Vector3, center};
+use stand::Stand;
 use understudy::{
     actions::{ActionLibrary, ActionWeights, Merge},
     anatomy::Anatomy,
-    assets::Assets,
     deform::{Handle, Stiffness, SurfaceWarp},
-    pipeline::{Networks, Target, TargetOptions},
     rig::{ActionRig, ActionSolver, Method, SourceFace, TargetFace, WarpKind, facing},
     scan::{Mesh, Surface},
-    tracking::{SKIN_LANDMARK_COUNT, TrackerOptions},
-    view::Gpu,
+    tracking::SKIN_LANDMARK_COUNT,
 };
 
 /// Handles of the warps that are built.
@@ -36,15 +37,7 @@ struct Face {
 }
 
 static JAMES: LazyLock<Face> = LazyLock::new(|| {
-    let assets = Assets::locate().unwrap();
-    for companion in ["james_mtl", "james_jpg"] {
-        assets.verified(companion).unwrap();
-    }
-    let gpu = Gpu::headless().unwrap();
-    let mut networks = Networks::load(&assets, TrackerOptions::default()).unwrap();
-    let scan = assets.verified("james_obj").unwrap();
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker).unwrap();
-    target.prepare(&gpu).unwrap();
+    let target = Stand::new(None).unwrap().target;
     Face {
         anatomy: target.anatomy.clone(),
         scan: target.mesh().clone(),

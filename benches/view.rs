@@ -14,7 +14,9 @@ use image::{ImageFormat, Rgba, RgbaImage};
 use nalgebra::{Matrix4, Point3, Rotation3, Vector3};
 use understudy::appearance::{AppearanceStates, Region};
 use understudy::assets::Assets;
-use understudy::pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions};
+use understudy::pipeline::{
+    HeadMode, LivingSkin, Networks, SharedFace, SkinRelief, Stage, Target, TargetOptions,
+};
 use understudy::rig::AvatarFrame;
 use understudy::scan::{Material, Mesh, Texture, TextureFormat};
 use understudy::tracking::TrackerOptions;
@@ -67,7 +69,9 @@ fn living_skin(bencher: Bencher<'_, '_>, skin: &str) {
     target.prepare(&gpu).expect("an avatar");
     let face = SharedFace::read(&path("canonical_face")).expect("the canonical face");
     let volumes = wrinkles::volumes(face.frame());
-    let living = LivingSkin::new(&gpu, &target, &face, &volumes, SkinMode::Ratio, 1.2).expect("a skin");
+    let relief = SkinRelief::default();
+    let living =
+        LivingSkin::new(&gpu, &target, &face, &volumes, &relief, SkinMode::Ratio, 1.2).expect("a skin");
     let (level, look) = (Rotation3::identity(), Look::default());
     let stage = Stage::new(&gpu, &target, &level, [1280, 720], look, HeadMode::Still, Smoothing::Edges);
     let mut stage = stage.expect("a stage").wearing((skin != "none").then_some(living));

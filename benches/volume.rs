@@ -5,19 +5,20 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark without its assets has nothing to measure")]
 
+#[path = "../examples/shared/stand.rs"]
+mod stand;
+
 use std::sync::LazyLock;
 
 use divan::{Bencher, bench, black_box};
 use nalgebra::{Point3, Rotation3, Vector3};
+use stand::Stand;
 use understudy::{
     anatomy::Anatomy,
-    assets::Assets,
-    pipeline::{Networks, Target, TargetOptions},
+    pipeline::Target,
     rig::{Puppet, TargetFace, VolumeMorph, VolumePoints, WarpKind},
     scan::Surface,
     spline::Factored,
-    tracking::TrackerOptions,
-    view::Gpu,
 };
 
 const POINTS: [usize; 3] = [18, 68, 468];
@@ -29,17 +30,9 @@ struct James {
 }
 
 static JAMES: LazyLock<James> = LazyLock::new(|| {
-    let assets = Assets::locate().unwrap();
-    for companion in ["james_mtl", "james_jpg"] {
-        assets.verified(companion).unwrap();
-    }
-    let gpu = Gpu::headless().unwrap();
-    let mut networks = Networks::load(&assets, TrackerOptions::default()).unwrap();
-    let scan = assets.verified("james_obj").unwrap();
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker).unwrap();
-    target.prepare(&gpu).unwrap();
-    let face = TargetFace::new(target.landmarks.clone(), Rotation3::identity()).unwrap();
-    James { anatomy: target.anatomy.clone(), surface: target.surface.clone(), face }
+    let Target { anatomy, surface, landmarks, .. } = Stand::new(None).unwrap().target;
+    let face = TargetFace::new(landmarks, Rotation3::identity()).unwrap();
+    James { anatomy, surface, face }
 });
 
 fn morph(points: usize) -> VolumeMorph {

@@ -18,7 +18,9 @@ use nalgebra::Rotation3;
 use understudy::{
     appearance::{AppearanceStates, Region, TextureVolume},
     assets::Assets,
-    pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions, bake_skin},
+    pipeline::{
+        HeadMode, LivingSkin, Networks, SharedFace, SkinRelief, Stage, Target, TargetOptions, bake_skin,
+    },
     rig::AvatarFrame,
     tracking::TrackerOptions,
     view::{Gpu, Look, SkinMode, Smoothing, contact_sheet, save_png},
@@ -112,7 +114,8 @@ fn row(
     cells: &mut Vec<(RgbaImage, String)>,
 ) -> Result<(), Box<dyn Error>> {
     let mode = if arguments.own { SkinMode::Own } else { SkinMode::Ratio };
-    let skin = LivingSkin::new(gpu, target, face, volumes, mode, arguments.gain)?;
+    let relief = SkinRelief::new(target, face, volumes, arguments.gain)?;
+    let skin = LivingSkin::new(gpu, target, face, volumes, &relief, mode, arguments.gain)?;
     let level = Rotation3::identity();
     let side = arguments.side;
     let mut stage =

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as tests do")]
 
+#[path = "../examples/shared/stand.rs"]
+mod stand;
 #[path = "../examples/shared/wrinkles.rs"]
 mod wrinkles;
 
@@ -9,16 +11,16 @@ use std::{io::Cursor, path::PathBuf, sync::Arc};
 
 use image::{ImageFormat, Rgba, RgbaImage};
 use nalgebra::{Matrix4, Point2, Point3, Rotation3, Vector3};
+use stand::Stand;
 use understudy::{
     appearance::{
         ALPHA_RAMP, AppearanceStates, Area, Composition, FRAME_SIZE, FaceChart, Layer, Patch, Region,
         TextureVolume,
     },
     assets::Assets,
-    pipeline::{HeadMode, LivingSkin, Networks, SharedFace, Stage, Target, TargetOptions},
+    pipeline::{HeadMode, LivingSkin, SharedFace, SkinRelief, Stage, Target},
     rig::AvatarFrame,
     scan::{Material, Mesh, Texture, TextureFormat},
-    tracking::TrackerOptions,
     view::{Gpu, LivingModel, Look, Model, Projection, Renderer, SkinMode, Smoothing, ViewCamera},
 };
 
@@ -271,15 +273,7 @@ fn eyes_teeth_and_the_back_of_the_head_are_not_on_the_chart() {
 }
 
 fn james() -> (Gpu, Target, SharedFace) {
-    let assets = Assets::locate().unwrap();
-    for companion in ["james_mtl", "james_jpg"] {
-        assets.verified(companion).unwrap();
-    }
-    let gpu = Gpu::headless().unwrap();
-    let mut networks = Networks::load(&assets, TrackerOptions::default()).unwrap();
-    let scan = assets.verified("james_obj").unwrap();
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker).unwrap();
-    target.prepare(&gpu).unwrap();
+    let Stand { gpu, target, .. } = Stand::new(None).unwrap();
     (gpu, target, face())
 }
 
@@ -299,7 +293,8 @@ fn worn(
     volumes: &[TextureVolume],
     states: &AppearanceStates,
 ) -> RgbaImage {
-    let skin = LivingSkin::new(gpu, target, face, volumes, SkinMode::Ratio, GAIN).unwrap();
+    let relief = SkinRelief::new(target, face, volumes, GAIN).unwrap();
+    let skin = LivingSkin::new(gpu, target, face, volumes, &relief, SkinMode::Ratio, GAIN).unwrap();
     let mut stage = stage(gpu, target).wearing(Some(skin));
     stage.show(states);
     stage.picture(&AvatarFrame::at_rest(&target.anatomy.mesh)).unwrap()

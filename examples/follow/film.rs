@@ -12,9 +12,8 @@ use understudy::{
 };
 
 use super::{
-    Take,
     curves::{Following, MEASURES, following},
-    solve,
+    stand::{Take, solve},
 };
 
 /// Pixels of the film's sides.

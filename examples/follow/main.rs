@@ -14,32 +14,22 @@ mod curves;
 mod film;
 mod plot;
 mod readings;
+#[path = "../shared/stand.rs"]
+mod stand;
 
-use std::{
-    error::Error,
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::{error::Error, fmt::Write as _, path::PathBuf};
 
 use avatar::Follower;
 use clap::Parser;
 use curves::{Following, following};
 use readings::{MEASURES, Reader, Reading, seen};
+use stand::{Stand, Take};
 use understudy::{
     actions::ActionLibrary,
-    assets::Assets,
-    capture::{self, FrameRate},
-    pipeline::{
-        Animation, HeadMode, LiftMode, Motion, Networks, Performance, SolveOptions, Stopwatch, Target,
-        TargetOptions, read_canonical_face,
-    },
+    pipeline::{Animation, HeadMode, LiftMode, SolveOptions},
     rig::{DriveMode, Method, Rig, VolumeMorph},
-    tracking::TrackerOptions,
-    view::Gpu,
 };
 
-/// Pictures a second of a folder of pictures.
-const RATE: FrameRate = FrameRate { numerator: 25, denominator: 1 };
 /// The set-up's clips.
 const CLIPS: [&str; 3] = ["cap13", "cap12", "carphone"];
 
@@ -65,13 +55,6 @@ struct Arguments {
     volume: Option<f64>,
 }
 
-/// A tracked and solved clip.
-struct Take {
-    name: String,
-    performance: Performance,
-    motion: Motion,
-}
-
 /// A curve of fewer values says nothing.
 const FEWEST: usize = 10;
 
@@ -88,29 +71,18 @@ struct Curves {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let assets = Assets::locate()?;
-    let gpu = Gpu::headless()?;
-    let mut networks = Networks::load(&assets, TrackerOptions::default())?;
-    let scan = match arguments.scan {
-        Some(scan) => scan,
-        None => james(&assets)?,
-    };
-    let clips = if arguments.clips.is_empty() {
-        CLIPS.into_iter().map(|name| assets.verified(name)).collect::<Result<_, _>>()?
-    } else {
-        arguments.clips
-    };
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
-    target.prepare(&gpu)?;
-    for omission in &target.anatomy.omissions {
-        println!("{}: {omission}\n", target.scan.name);
+    let mut stand = Stand::new(arguments.scan)?;
+    let clips = stand.clips(arguments.clips, &CLIPS)?;
+    for omission in &stand.target.anatomy.omissions {
+        println!("{}: {omission}\n", stand.target.scan.name);
     }
     let lift = if arguments.plane { LiftMode::Plane } else { LiftMode::default() };
     let solving = SolveOptions { lift, ..SolveOptions::default() };
     let mut compared = Vec::new();
     let mut films = Vec::new();
     for clip in &clips {
-        let take = solve(clip, &assets, &mut networks, &solving)?;
+        let take = stand.solve(clip, &solving)?;
+        let Stand { assets, gpu, networks, target } = &mut stand;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
         let mode = arguments.volume.map_or(DriveMode::Landmarks, |lambda| {
             DriveMode::Volume(VolumeMorph { lambda, ..VolumeMorph::default() })
@@ -130,18 +102,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             )?;
         }
         if arguments.film {
-            let animation = Animation {
-                motion: &take.motion,
-                target: &target,
-                rig: &rig,
-                head: HeadMode::Follow,
-                skin: None,
-            };
-            films.push(film::track_again(&take, &animation, &face.level, &gpu, &assets, &mut networks)?);
+            let animation =
+                Animation { motion: &take.motion, target, rig: &rig, head: HeadMode::Follow, skin: None };
+            films.push(film::track_again(&take, &animation, &face.level, gpu, assets, networks)?);
         }
         compared.push((take.name, curves));
     }
-    report(&target.scan.name, &compared);
+    report(&stand.target.scan.name, &compared);
     if !films.is_empty() {
         println!("The avatar's film, tracked again, against the clip:\n");
         let names = compared.iter().map(|(name, _)| name.as_str());
@@ -169,28 +136,6 @@ fn report(scan: &str, compared: &[(String, Curves)]) {
         let names = compared.iter().map(|(name, _)| name.as_str());
         println!("Landmarks {what}:\n\n{}", table(names, &MEASURES.map(|measure| measure.name), cell));
     }
-}
-
-fn james(assets: &Assets) -> Result<PathBuf, Box<dyn Error>> {
-    for companion in ["james_mtl", "james_jpg"] {
-        assets.verified(companion)?;
-    }
-    Ok(assets.verified("james_obj")?)
-}
-
-fn solve(
-    clip: &Path,
-    assets: &Assets,
-    networks: &mut Networks,
-    solving: &SolveOptions,
-) -> Result<Take, Box<dyn Error>> {
-    let average = read_canonical_face(&assets.verified("canonical_face")?)?;
-    let mut watch = Stopwatch::default();
-    let performance =
-        Performance::track(capture::open(clip, RATE)?, &mut networks.tracker, 2, &mut watch, |_| {})?;
-    let motion = Motion::solve(&performance, &average, &mut networks.blendshapes, solving)?;
-    let name = clip.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Take { name, performance, motion })
 }
 
 /// Poses the avatar in every frame and reads both faces.

@@ -8,29 +8,21 @@
 
 mod measure;
 mod picture;
+#[path = "../shared/stand.rs"]
+mod stand;
 
-use std::{
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::{error::Error, path::PathBuf};
 
 use clap::Parser;
 use measure::{Figures, HeldOut, PARTS, edge, noise};
+use stand::{Stand, Take};
 use understudy::{
     actions::ActionLibrary,
-    assets::Assets,
-    capture::{self, FrameRate},
-    pipeline::{
-        Motion, Networks, Performance, SolveOptions, Stopwatch, Target, TargetOptions, read_canonical_face,
-    },
+    pipeline::{SolveOptions, Target},
     rig::{DriveMode, Method, Rig, TargetFace, VolumeMorph, VolumePoints},
     spline::Kernel,
-    tracking::TrackerOptions,
-    view::Gpu,
 };
 
-/// Pictures a second of a folder of pictures.
-const RATE: FrameRate = FrameRate { numerator: 25, denominator: 1 };
 /// The set-up's clips.
 const CLIPS: [&str; 3] = ["cap13", "cap12", "carphone"];
 /// One frame in so many is measured.
@@ -53,14 +45,6 @@ struct Arguments {
     /// A picture of the performer, Hardy, Gaussian and the default drive
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-}
-
-/// A solved clip.
-struct Take {
-    path: PathBuf,
-    name: String,
-    performance: Performance,
-    motion: Motion,
 }
 
 /// A way to drive the scan, by its name in the table.
@@ -97,24 +81,13 @@ fn ways() -> Vec<Way> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let assets = Assets::locate()?;
-    let gpu = Gpu::headless()?;
-    let mut networks = Networks::load(&assets, TrackerOptions::default())?;
-    let scan = match arguments.scan {
-        Some(scan) => scan,
-        None => james(&assets)?,
-    };
-    let clips = if arguments.clips.is_empty() {
-        CLIPS.into_iter().map(|name| assets.verified(name)).collect::<Result<_, _>>()?
-    } else {
-        arguments.clips
-    };
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
-    target.prepare(&gpu)?;
+    let mut stand = Stand::new(arguments.scan)?;
+    let clips = stand.clips(arguments.clips, &CLIPS)?;
     for (number, clip) in clips.iter().enumerate() {
-        let take = solve(clip, &assets, &mut networks)?;
+        let take = stand.solve(clip, &SolveOptions::default())?;
+        let Stand { gpu, networks, target, .. } = &mut stand;
         let (face, _) = target.level_with(take.motion.performer.rest_landmarks(), &mut networks.tracker)?;
-        report(&take, &target, &face)?;
+        report(&take, target, &face)?;
         if let (0, Some(output)) = (number, &arguments.output) {
             let modes = [
                 ("Hardy, 18 points", ways()[0].1),
@@ -122,28 +95,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 ("Gaussian, stiffness x 3", ways()[10].1),
                 ("--drive landmarks", DriveMode::Landmarks),
             ];
-            picture::draw(output, &gpu, &take, &target, &face, &modes, (&arguments.moments, arguments.yaw))?;
+            picture::draw(output, gpu, &take, target, &face, &modes, (&arguments.moments, arguments.yaw))?;
             println!("wrote {}\n", output.display());
         }
     }
     Ok(())
-}
-
-fn james(assets: &Assets) -> Result<PathBuf, Box<dyn Error>> {
-    for companion in ["james_mtl", "james_jpg"] {
-        assets.verified(companion)?;
-    }
-    Ok(assets.verified("james_obj")?)
-}
-
-fn solve(clip: &Path, assets: &Assets, networks: &mut Networks) -> Result<Take, Box<dyn Error>> {
-    let average = read_canonical_face(&assets.verified("canonical_face")?)?;
-    let mut watch = Stopwatch::default();
-    let performance =
-        Performance::track(capture::open(clip, RATE)?, &mut networks.tracker, 2, &mut watch, |_| {})?;
-    let motion = Motion::solve(&performance, &average, &mut networks.blendshapes, &SolveOptions::default())?;
-    let name = clip.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Take { path: clip.into(), name, performance, motion })
 }
 
 /// Ties performer and target in one way.

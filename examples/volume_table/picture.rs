@@ -11,7 +11,10 @@ use understudy::{
     view::{Gpu, Look, Smoothing, contact_sheet},
 };
 
-use super::{RATE, Take, rig};
+use super::{
+    rig,
+    stand::{RATE, Take},
+};
 
 /// Pixels of each picture's side.
 const SIDE: u32 = 340;

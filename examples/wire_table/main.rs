@@ -8,20 +8,16 @@
 
 mod channel;
 mod measure;
+#[path = "../shared/stand.rs"]
+mod stand;
 mod take;
 
 use std::{error::Error, path::PathBuf};
 
-use clap::Parser;
-use understudy::{
-    assets::Assets,
-    pipeline::{Networks, Target, TargetOptions},
-    tracking::TrackerOptions,
-    view::Gpu,
-};
-
 use channel::{Channel, View};
+use clap::Parser;
 use measure::Measured;
+use stand::Stand;
 
 #[derive(Parser)]
 struct Arguments {
@@ -44,18 +40,10 @@ const OTHERS: [(&str, u32); 3] = [("Live Link Face", 78), ("OpenSeeFace", 428), 
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let assets = Assets::locate()?;
-    let gpu = Gpu::headless()?;
-    let mut networks = Networks::load(&assets, TrackerOptions::default())?;
-    let scan = match arguments.scan {
-        Some(scan) => scan,
-        None => assets.verified("james_obj")?,
-    };
-    let mut target = Target::load(&scan, &TargetOptions::default(), &gpu, &mut networks.tracker)?;
-    target.prepare(&gpu)?;
+    let mut stand = Stand::new(arguments.scan)?;
     let mut takes = Vec::new();
     for clip in &arguments.clips {
-        takes.push(take::Take::of(clip, &assets, &mut networks, arguments.causal)?);
+        takes.push(take::Take::of(clip, &mut stand, arguments.causal)?);
     }
     let precisions = [30, 60, 100, 200, 300, 500].map(|precision| Channel { precision, ..Channel::DEFAULT });
     let groups = [1, 2, 3, 4, 6].map(|frames| Channel { frames, ..Channel::DEFAULT });
@@ -65,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut all: Vec<Vec<Measured>> = Vec::new();
     for take in &takes {
         eprintln!("{}: {} frames", take.name, take.frames.len());
-        all.push(measure::measure(take, &target, &channels, arguments.every.max(1))?);
+        all.push(measure::measure(take, &stand.target, &channels, arguments.every.max(1))?);
     }
     let names: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
     let section = |from: usize, count: usize| -> Vec<Vec<Measured>> {

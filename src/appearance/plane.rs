@@ -46,16 +46,24 @@ pub(super) fn mirrored(pixel: usize) -> Option<usize> {
 
 /// The value at a place, linear between pixels; 0 beyond the frame.
 pub(super) fn sample(values: &[f32], place: &Point2<f64>) -> f32 {
-    let [width, height] = FRAME_SIZE;
-    let (right, bottom) = ((width - 1) as f64, (height - 1) as f64);
-    if !((0.0..=right).contains(&place.x) && (0.0..=bottom).contains(&place.y)) {
-        return 0.0;
+    between(FRAME_SIZE, [place.x, place.y], |pixel| values[pixel]).unwrap_or(0.0)
+}
+
+/// The value at a place among so many pixels, linear between their centres; `None` beyond the outermost, and of what is
+/// no number.
+pub(super) fn between(
+    [width, height]: [usize; 2],
+    [x, y]: [f64; 2],
+    value: impl Fn(usize) -> f32,
+) -> Option<f32> {
+    if !((0.0..=(width - 1) as f64).contains(&x) && (0.0..=(height - 1) as f64).contains(&y)) {
+        return None;
     }
-    let (left, top) = (place.x as usize, place.y as usize);
-    let (u, v) = ((place.x - left as f64) as f32, (place.y - top as f64) as f32);
-    let at = |x: usize, y: usize| values[y.min(height - 1) * width + x.min(width - 1)];
+    let (left, top) = (x as usize, y as usize);
+    let (u, v) = ((x - left as f64) as f32, (y - top as f64) as f32);
+    let at = |x: usize, y: usize| value(y.min(height - 1) * width + x.min(width - 1));
     let row = |y: usize| at(left, y) * (1.0 - u) + at(left + 1, y) * u;
-    row(top) * (1.0 - v) + row(top + 1) * v
+    Some(row(top) * (1.0 - v) + row(top + 1) * v)
 }
 
 #[cfg(test)]

@@ -92,10 +92,8 @@ impl Sampler {
         shown: &Expression,
         limit: bool,
     ) -> Samples {
-        let flat = |displacements: &Displacements| -> Vec<Vector2<f64>> {
-            performer.project(displacements, &shown.pose).iter().map(Vector3::xy).collect()
-        };
-        let (moving, rigid) = (flat(&shown.displacements), flat(&Displacements::neutral()));
+        let pixels = |displacements: &Displacements| performer.pixels(displacements, &shown.pose);
+        let (moving, rigid) = (pixels(&shown.displacements), pixels(&Displacements::neutral()));
         let width = face_width(performer, &shown.pose);
         Region::ALL.map(|region| {
             if limit && width < region.detail().narrowest_face() * NARROWER {

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use super::{Area, FRAME_SIZE, FaceFrame, Region};
+use super::{Area, FRAME_SIZE, FaceFrame, Region, plane::between};
 
 /// Fewest layers of a volume: neutral, between, expressive (002 §V.iii: "three-layer textures are the minimum needed").
 pub const FEWEST_LAYERS: usize = 3;
@@ -133,20 +133,10 @@ impl TextureVolume {
     /// the patch.
     pub fn log_ratio(&self, place: &Point2<f64>, state: f32) -> f32 {
         let (lower, upper, share) = self.between(state);
-        let [width, height] = self.patch.size.map(usize::from);
-        let (x, y) = (place.x - f64::from(self.patch.origin[0]), place.y - f64::from(self.patch.origin[1]));
-        if !(x >= 0.0 && y >= 0.0 && x <= (width - 1) as f64 && y <= (height - 1) as f64) {
-            return 0.0;
-        }
-        let (left, top) = (x.floor() as usize, y.floor() as usize);
-        let (right, bottom) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
-        let (u, v) = ((x - left as f64) as f32, (y - top as f64) as f32);
-        let at = |layer: usize| {
-            let value = |x: usize, y: usize| self.layers[layer].log_ratio(y * width + x);
-            let row = |y: usize| value(left, y) * (1.0 - u) + value(right, y) * u;
-            row(top) * (1.0 - v) + row(bottom) * v
-        };
-        at(lower) * (1.0 - share) + at(upper) * share
+        let size = self.patch.size.map(usize::from);
+        let at = [0, 1].map(|axis| place[axis] - f64::from(self.patch.origin[axis]));
+        let of = |layer: usize| between(size, at, |pixel| self.layers[layer].log_ratio(pixel)).unwrap_or(0.0);
+        of(lower) * (1.0 - share) + of(upper) * share
     }
 }
 

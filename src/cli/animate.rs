@@ -25,7 +25,7 @@ use super::{
     method::{MethodArgs, library},
     progress,
     skin::{SkinArgs, WornSkin, classify},
-    target::{ScanArgs, parse_size, report, report_anatomy},
+    target::{ScanArgs, parse_size},
     volume::VolumeArgs,
 };
 
@@ -143,15 +143,8 @@ impl Animate {
         let library = library(self.from.as_deref())?;
         let mut targets = Vec::new();
         for path in &self.target {
-            let mut target = Target::load(path, &self.scan.options(), &gpu, &mut networks.tracker)?;
-            if by_volume || self.method.method().warp != WarpKind::Regions {
-                target.prepare(&gpu)?;
-                report_anatomy(&target);
-            }
-            if !quiet {
-                report(&target);
-            }
-            targets.push(target);
+            let opens = by_volume || self.method.method().warp != WarpKind::Regions;
+            targets.push(self.scan.open(path, opens, &gpu, &mut networks.tracker, quiet)?);
         }
         let skin = self.skin.read(&assets)?;
         let mut take = self.clip.solve(&assets, networks, lift, quiet)?;
@@ -241,7 +234,7 @@ impl Animate {
             let mut note = String::new();
             let stage = |size, smoothing| -> Result<Stage, PipelineError> {
                 let stage = Stage::new(gpu, target, &face.level, size, Look::default(), head, smoothing)?;
-                Ok(stage.wearing(skin.map(|(worn, _)| worn.on(gpu, target)).transpose()?))
+                Ok(stage.wearing(skin.map(|(worn, _)| worn.on(gpu, target, &relief)).transpose()?))
             };
             match kind {
                 AvatarFile::Pc2 => {

@@ -13,9 +13,7 @@ use understudy::{
     capture::FrameRate,
     export::Draft,
     muscle::{CurveMap, CurveTake, MuscleBasis},
-    pipeline::{
-        ActionTake, CurvePlay, Networks, PipelineError, Play, PlayedTake, Playing, SkinPlay, Stage, Target,
-    },
+    pipeline::{ActionTake, CurvePlay, Networks, PipelineError, Play, PlayedTake, Playing, SkinPlay, Stage},
     rig::{ActionRig, TargetFace, WarpKind, facing},
     tracking::{Tracker, TrackerOptions},
     view::{Gpu, Look, Smoothing, save_png},
@@ -29,7 +27,7 @@ use super::{
     method::{MethodArgs, library},
     progress,
     skin::{SkinArgs, WornSkin},
-    target::{ScanArgs, parse_size, report, report_anatomy},
+    target::{ScanArgs, parse_size},
 };
 
 const EXAMPLES: &str = "\
@@ -179,14 +177,8 @@ impl Express {
         let skin = self.skin.read(&assets)?;
         let states = skin.as_ref().map(|skin| skin.states(&self.wrinkle)).transpose()?;
         let source = self.source(&library, &gpu, &mut networks.tracker)?;
-        let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
-        if !self.as_scanned && method.warp != WarpKind::Regions {
-            target.prepare(&gpu)?;
-            report_anatomy(&target);
-        }
-        if !quiet {
-            report(&target);
-        }
+        let opens = !self.as_scanned && method.warp != WarpKind::Regions;
+        let target = self.scan.open(&self.target, opens, &gpu, &mut networks.tracker, quiet)?;
         let comes_and_goes = matches!(source, Source::Actions(Playing::Expression(_)));
         let (mut play, level, rate): (Box<dyn Play>, _, _) = match source {
             Source::Curves(take, basis) => {
@@ -297,7 +289,7 @@ pub fn write_take(
     let head = take.play.head();
     let stage = |smoothing| -> Result<Stage, PipelineError> {
         let stage = Stage::new(gpu, take.target, level, size, Look::default(), head, smoothing)?;
-        Ok(stage.wearing(skin.map(|skin| skin.on(gpu, take.target)).transpose()?))
+        Ok(stage.wearing(skin.map(|skin| skin.on(gpu, take.target, take.relief)).transpose()?))
     };
     for (kind, path) in outputs {
         let mut note = String::new();

@@ -7,20 +7,13 @@ use understudy::{
     assets::Assets,
     export::{Draft, write_basis},
     muscle::MuscleBasis,
-    pipeline::{HeadMode, MuscleShapes, Networks, Stage, Target, muscle_motor},
+    pipeline::{HeadMode, MuscleShapes, Networks, Stage, muscle_motor},
     rig::WarpKind,
     tracking::TrackerOptions,
     view::{Gpu, Look, Smoothing, save_png},
 };
 
-use super::{
-    Outcome,
-    basis::BasisArgs,
-    inputs,
-    method::MethodArgs,
-    progress,
-    target::{ScanArgs, report, report_anatomy},
-};
+use super::{Outcome, basis::BasisArgs, inputs, method::MethodArgs, progress, target::ScanArgs};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -97,15 +90,9 @@ impl Muscles {
         let gpu = Gpu::headless()?;
         let mut networks = Networks::load(&Assets::locate()?, TrackerOptions::default())?;
         let basis = self.basis.read(MuscleBasis::sixteen(), &gpu, &mut networks.tracker)?;
-        let mut target = Target::load(&self.target, &self.scan.options(), &gpu, &mut networks.tracker)?;
         let method = self.method.method();
-        if !self.as_scanned && method.warp != WarpKind::Regions {
-            target.prepare(&gpu)?;
-            report_anatomy(&target);
-        }
-        if !quiet {
-            report(&target);
-        }
+        let opens = !self.as_scanned && method.warp != WarpKind::Regions;
+        let target = self.scan.open(&self.target, opens, &gpu, &mut networks.tracker, quiet)?;
         let (motor, face) = muscle_motor(&basis, &target, method)?;
         let shapes = MuscleShapes { target: &target, motor: &motor };
         for (kind, path) in outputs {

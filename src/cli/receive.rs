@@ -27,7 +27,7 @@ use super::{
     progress,
     send::KeyArgs,
     skin::SkinArgs,
-    target::{ScanArgs, parse_size, report, report_anatomy},
+    target::{ScanArgs, parse_size},
 };
 
 const EXAMPLES: &str = "\
@@ -208,14 +208,8 @@ impl Receive {
         let assets = Assets::locate()?;
         let gpu = Gpu::headless()?;
         let mut networks = Networks::load(&assets, TrackerOptions::default())?;
-        let mut target = Target::load(path, &self.scan.options(), &gpu, &mut networks.tracker)?;
-        if !self.as_scanned && self.method.method().warp != WarpKind::Regions {
-            target.prepare(&gpu)?;
-            report_anatomy(&target);
-        }
-        if !quiet {
-            report(&target);
-        }
+        let opens = !self.as_scanned && self.method.method().warp != WarpKind::Regions;
+        let target = self.scan.open(path, opens, &gpu, &mut networks.tracker, quiet)?;
         Ok(Scene { target, gpu })
     }
 

@@ -92,9 +92,9 @@ impl SkinArgs {
 }
 
 impl WornSkin {
-    /// The skin on a target.
-    pub fn on(&self, gpu: &Gpu, target: &Target) -> Result<LivingSkin, PipelineError> {
-        LivingSkin::new(gpu, target, &self.face, &self.volumes, self.mode, self.gain)
+    /// The skin on a target, with what of it moves vertices.
+    pub fn on(&self, gpu: &Gpu, target: &Target, relief: &SkinRelief) -> Result<LivingSkin, PipelineError> {
+        LivingSkin::new(gpu, target, &self.face, &self.volumes, relief, self.mode, self.gain)
     }
 
     /// What of the skin moves a target's vertices.

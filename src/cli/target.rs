@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use understudy::{
-    pipeline::{Target, TargetOptions},
+    pipeline::{PipelineError, Target, TargetOptions},
     scan::LengthUnit,
+    tracking::Tracker,
+    view::Gpu,
 };
 
 /// How a scan is read.
@@ -22,6 +24,26 @@ pub struct ScanArgs {
 impl ScanArgs {
     pub fn options(&self) -> TargetOptions {
         TargetOptions { unit: self.unit, landmarks: self.landmarks.clone() }
+    }
+
+    /// Loads a scan, opens it if `opens`, and says what was found.
+    pub fn open(
+        &self,
+        path: &Path,
+        opens: bool,
+        gpu: &Gpu,
+        tracker: &mut Tracker,
+        quiet: bool,
+    ) -> Result<Target, PipelineError> {
+        let mut target = Target::load(path, &self.options(), gpu, tracker)?;
+        if opens {
+            target.prepare(gpu)?;
+            report_anatomy(&target);
+        }
+        if !quiet {
+            report(&target);
+        }
+        Ok(target)
     }
 
     /// The landmark file that is read, if any.

@@ -156,6 +156,11 @@ impl Performer {
             .collect()
     }
 
+    /// The same in the picture alone: 478 pixels.
+    pub fn pixels(&self, displacements: &Displacements, pose: &HeadPose) -> Vec<Vector2<f64>> {
+        self.project(displacements, pose).iter().map(Vector3::xy).collect()
+    }
+
     /// How much deeper the network sees each landmark than the posed neutral is, millimetres.
     fn depth_hints(&self, landmarks: &Landmarks, pose: &HeadPose) -> Vec<f64> {
         let mut excess = self.depth_excess(landmarks, pose);

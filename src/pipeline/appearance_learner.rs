@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt};
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use super::{
     Motion, PipelineError,
@@ -283,5 +283,5 @@ fn build(
 fn places(region: Region, performer: &Performer, expression: &Expression) -> Vec<Vector2<f64>> {
     let rigid = Displacements::neutral();
     let displacements = if region.is_eye() { &rigid } else { &expression.displacements };
-    performer.project(displacements, &expression.pose).iter().map(Vector3::xy).collect()
+    performer.pixels(displacements, &expression.pose)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector2;
 
-use super::{Motion, MotionFrame, PipelineError, canonical::canonical_triangles, read_canonical_face};
+use super::{Motion, MotionFrame, PipelineError, canonical::read_framed_face};
 use crate::{
     appearance::{Absence, FaceFrame, Picture, Region, Sampler, Samples, face_width},
     capture::{Frame, FrameSource},
@@ -13,11 +13,7 @@ use crate::{
 
 /// The shared frame of skins, from the canonical face's file.
 pub fn read_face_frame(canonical_face: &Path) -> Result<FaceFrame, PipelineError> {
-    let face = read_canonical_face(canonical_face)?;
-    FaceFrame::new(&face, &canonical_triangles(canonical_face)?).ok_or_else(|| PipelineError::CanonicalFace {
-        path: canonical_face.into(),
-        reason: "it has no width".into(),
-    })
+    Ok(read_framed_face(canonical_face)?.1)
 }
 
 /// One frame as it is seen.

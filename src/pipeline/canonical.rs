@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::PipelineError;
 use crate::{
+    appearance::FaceFrame,
     scan::{Mesh, Surface},
     tracking::SKIN_LANDMARK_COUNT,
 };
@@ -19,11 +20,17 @@ struct CanonicalFile {
     triangles: Vec<[u32; 3]>,
 }
 
+impl CanonicalFile {
+    /// Millimetres.
+    fn points(&self) -> Vec<Point3<f64>> {
+        self.positions_cm.iter().map(|p| Point3::from(*p) * MILLIMETRES_PER_CENTIMETRE).collect()
+    }
+}
+
 /// 468 points in the scan frame, millimetres. The file's frame is the scan frame: x to the subject's left, y up, z out
 /// of the face.
 pub fn read_canonical_face(path: &Path) -> Result<Vec<Point3<f64>>, PipelineError> {
-    let file = read(path)?;
-    Ok(file.positions_cm.iter().map(|p| Point3::from(*p) * MILLIMETRES_PER_CENTIMETRE).collect())
+    Ok(read(path)?.points())
 }
 
 /// The skin between the landmarks of a `face` (468 of them first, any frame and unit), with eyes and mouth covered.
@@ -34,9 +41,15 @@ pub fn canonical_skin(path: &Path, face: &[Point3<f64>]) -> Result<Surface, Pipe
         .map_err(|fault| PipelineError::CanonicalFace { path: path.into(), reason: fault.to_string() })
 }
 
-/// The triangles of the canonical face's skin, landmarks in threes.
-pub(super) fn canonical_triangles(path: &Path) -> Result<Vec<[u32; 3]>, PipelineError> {
-    Ok(read(path)?.triangles)
+/// The same points, and the frame of skins that is made of them.
+pub(super) fn read_framed_face(path: &Path) -> Result<(Vec<Point3<f64>>, FaceFrame), PipelineError> {
+    let file = read(path)?;
+    let points = file.points();
+    let frame = FaceFrame::new(&points, &file.triangles).ok_or_else(|| PipelineError::CanonicalFace {
+        path: path.into(),
+        reason: "it has no width".into(),
+    })?;
+    Ok((points, frame))
 }
 
 fn read(path: &Path) -> Result<CanonicalFile, PipelineError> {

@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use nalgebra::Point3;
 
-use super::{PipelineError, SkinRelief, Target, read_canonical_face, read_face_frame};
+use super::{PipelineError, SkinRelief, Target, canonical::read_framed_face};
 use crate::{
     anatomy::PartKind,
     appearance::{AppearanceStates, FaceChart, FaceFrame, TextureVolume},
@@ -22,7 +22,8 @@ pub struct SharedFace {
 impl SharedFace {
     /// Reads the canonical face.
     pub fn read(path: &Path) -> Result<Self, PipelineError> {
-        Ok(Self { points: read_canonical_face(path)?, frame: read_face_frame(path)? })
+        let (points, frame) = read_framed_face(path)?;
+        Ok(Self { points, frame })
     }
 
     /// The frame.
@@ -49,20 +50,20 @@ pub struct LivingSkin {
 }
 
 impl LivingSkin {
-    /// Lays volumes over a target. `gain` multiplies the logarithms of ratios: 1 is as much light and dark as the performer
-    /// has shown.
+    /// Lays volumes over a target; `relief` is theirs on it. `gain` multiplies the logarithms of ratios: 1 is as much
+    /// light and dark as the performer has shown.
     pub fn new(
         gpu: &Gpu,
         target: &Target,
         face: &SharedFace,
         volumes: &[TextureVolume],
+        relief: &SkinRelief,
         mode: SkinMode,
         gain: f32,
     ) -> Result<Self, PipelineError> {
         let chart = face.chart(target)?;
-        let relief = SkinRelief::of_chart(&target.anatomy.mesh, &face.frame, &chart, volumes, gain);
         let model = Arc::clone(target.avatar_model());
         let model = LivingModel::new(gpu, model, &face.frame, &chart, volumes, mode, gain)?;
-        Ok(Self { model, relief, states: AppearanceStates::default() })
+        Ok(Self { model, relief: relief.clone(), states: AppearanceStates::default() })
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use image::Rgba;
-use nalgebra::Vector3;
 
 use super::{
     Motion, PipelineError,
@@ -41,8 +40,7 @@ pub fn neutral_look(
         }
         if picture.index == next.index {
             let shown = &next.expression;
-            let pixels = motion.performer.project(&shown.displacements, &shown.pose);
-            let pixels: Vec<_> = pixels.iter().map(Vector3::xy).collect();
+            let pixels = motion.performer.pixels(&shown.displacements, &shown.pose);
             looks.extend(FaceImage::of_image(&picture.image, &pixels, frame));
             wanted.next();
         }

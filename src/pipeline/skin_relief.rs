@@ -1,6 +1,6 @@
 //! Wrinkles that move vertices, where a scan is dense enough to hold them.
 
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Point2, Vector2};
 
 use super::{PipelineError, SharedFace, Target};
 use crate::{
@@ -123,9 +123,7 @@ impl SkinRelief {
 
 /// Whether a mesh's edges within an area of the shared frame are short enough, on average, to hold a wrinkle.
 fn is_dense(mesh: &Mesh, chart: &FaceChart, area: &Area) -> bool {
-    let place = |vertex: u32| {
-        Vector3::from([chart.places()[vertex as usize][0], chart.places()[vertex as usize][1], 0.0])
-    };
+    let place = |vertex: u32| Vector2::from(chart.places()[vertex as usize]);
     let within = |&vertex: &u32| {
         let at = chart.places()[vertex as usize].map(f64::from);
         chart.covers()[vertex as usize] > 0.0 && area.inside(&Point2::from(at)).amax() <= 1.0
